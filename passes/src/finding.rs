@@ -1,0 +1,251 @@
+//! What the rewriter has to say about a shader: refusals and warnings, each with a stable code, the place in the
+//! author's own text, and what the author can change.
+
+use std::fmt;
+
+use codespan_reporting::{
+    diagnostic::{Diagnostic, Label as CodespanLabel, Severity as CodespanSeverity},
+    term::{self, termcolor},
+};
+use naga::Span;
+use serde::Serialize;
+
+use crate::source::Source;
+
+/// Declares the codes with their numbers, names and explanations in one place.
+macro_rules! codes {
+    ($($(#[doc = $doc:literal])+ $name:ident = $number:literal, $severity:ident;)+) => {
+        /// A stable code. Refusals are below 100, warnings from 100 on.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        #[non_exhaustive]
+        pub enum Code {
+            $($(#[doc = $doc])+ $name,)+
+        }
+
+        impl Code {
+            /// Every code.
+            pub const ALL: &'static [Code] = &[$(Code::$name),+];
+
+            /// The code's number.
+            pub fn number(self) -> u16 {
+                match self {
+                    $(Code::$name => $number,)+
+                }
+            }
+
+            /// Whether the code stops the rewrite.
+            pub fn severity(self) -> Severity {
+                match self {
+                    $(Code::$name => Severity::$severity,)+
+                }
+            }
+
+            /// What the code means, in a few sentences.
+            pub fn explanation(self) -> &'static str {
+                match self {
+                    $(Code::$name => concat!($($doc, "\n"),+).trim_ascii(),)+
+                }
+            }
+        }
+    };
+}
+
+codes! {
+    /// The module has no compute entry point at all.
+    NoComputeEntry = 1, Refusal;
+    /// No compute entry point has the name that was asked for.
+    UnknownEntry = 2, Refusal;
+    /// The entry point stores nothing at an address that depends on both axes of its invocation grid, so there is no
+    /// pixel that a duplicate could take from its primary.
+    NothingPerPixel = 3, Refusal;
+    /// The rewritten shader needs two bindings of its own, and the shader leaves no bind group free for them.
+    NoFreeGroup = 4, Refusal;
+    /// The entry point has been rewritten before.
+    AlreadyRewritten = 5, Refusal;
+    /// The address of a store cannot be computed a second time, so it is not known where a duplicate would have stored:
+    /// it is made from memory that the shader writes, from an atomic's result, or in a way that is not followed.
+    AddressNotRecomputable = 10, Refusal;
+    /// A store's address is not one-to-one with the invocation: it leaves out an axis of the invocation grid, so
+    /// several invocations write one place, and a duplicate's store would be lost.
+    AddressNotOneToOne = 11, Refusal;
+    /// A store runs only for some ids and does not go to a pixel's own address. When the invocation that was to run it
+    /// is a duplicate, the store would be lost.
+    ConditionalOnIds = 12, Refusal;
+    /// The shader reads what other invocations of the same dispatch write. What they write changes when they become
+    /// duplicates.
+    ReadsOthersOutput = 13, Refusal;
+    /// An atomic counts invocations. Duplicates do not run, so the count would change.
+    Atomic = 14, Refusal;
+    /// The shader uses workgroup memory or a barrier.
+    WorkgroupMemory = 15, Refusal;
+    /// A subgroup operation's result depends on which invocations share a subgroup, and that changes.
+    SubgroupOperation = 16, Refusal;
+    /// The store has a form that is not supported.
+    UnsupportedStore = 17, Refusal;
+    /// There are too many paths of calls to follow them all.
+    TooManyPaths = 18, Refusal;
+    /// The policy for the target is `refuse`.
+    PolicyRefuses = 19, Refusal;
+    /// The device limits that are assumed do not leave room for the added resources.
+    OverLimit = 20, Refusal;
+    /// A store runs only for some ids. It follows its primary: a duplicate gets a copy if its primary ran the store.
+    FollowsPrimary = 100, Warning;
+    /// The shader reads its own pixel of a target that it also writes. Duplicates take their primary's value, state
+    /// included, so that blocks that stay coarse share one history.
+    SharedState = 101, Warning;
+}
+
+impl fmt::Display for Code {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "VRCS{:03}", self.number())
+    }
+}
+
+impl Serialize for Code {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+/// Whether a finding stops the rewrite.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Severity {
+    /// The entry point is not rewritten.
+    Refusal,
+    /// The entry point is rewritten; the author should know something.
+    Warning,
+}
+
+/// A place that a finding is about, and what is said of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Label {
+    /// The place.
+    pub span: Span,
+    /// What is said of it.
+    pub text: String,
+}
+
+/// Something to say about a shader.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finding {
+    /// The code.
+    pub code: Code,
+    /// One sentence.
+    pub message: String,
+    /// The places, the main one first.
+    pub labels: Vec<Label>,
+    /// What the author can do.
+    pub help: Option<String>,
+}
+
+impl Finding {
+    /// A finding without a place.
+    pub fn new(code: Code, message: impl Into<String>) -> Finding {
+        Finding {
+            code,
+            message: message.into(),
+            labels: Vec::new(),
+            help: None,
+        }
+    }
+
+    /// Adds a place.
+    pub fn at(mut self, span: Span, text: impl Into<String>) -> Finding {
+        if span.is_defined() {
+            self.labels.push(Label {
+                span,
+                text: text.into(),
+            });
+        }
+        self
+    }
+
+    /// Says what the author can do.
+    pub fn help(mut self, help: impl Into<String>) -> Finding {
+        self.help = Some(help.into());
+        self
+    }
+
+    /// The finding as text, with the lines of source that it is about, as naga renders its own errors.
+    pub fn render(&self, source: &Source, color: Color) -> String {
+        let severity = match self.code.severity() {
+            Severity::Refusal => CodespanSeverity::Error,
+            Severity::Warning => CodespanSeverity::Warning,
+        };
+        let labels = self.labels.iter().enumerate().filter_map(|(index, label)| {
+            let (file, range) = source.locate(label.span)?;
+            let label_at = match index {
+                0 => CodespanLabel::primary(file, range),
+                _ => CodespanLabel::secondary(file, range),
+            };
+            Some(label_at.with_message(&label.text))
+        });
+        let diagnostic = Diagnostic::new(severity)
+            .with_code(self.code.to_string())
+            .with_message(&self.message)
+            .with_labels(labels.collect())
+            .with_notes(
+                self.help
+                    .iter()
+                    .map(|help| format!("help: {help}"))
+                    .collect(),
+            );
+        let mut buffer = match color {
+            Color::Always => termcolor::Buffer::ansi(),
+            Color::Never => termcolor::Buffer::no_color(),
+        };
+        // writing to memory fails only if a label lies outside its file, and `locate` has cut it
+        let written = term::emit_to_write_style(
+            &mut buffer,
+            &term::Config::default(),
+            &source.codespan_files(),
+            &diagnostic,
+        );
+        match written {
+            Ok(()) => String::from_utf8_lossy(buffer.as_slice()).into_owned(),
+            Err(_) => format!("{self}\n"),
+        }
+    }
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "[{}] {}", self.code, self.message)
+    }
+}
+
+/// Whether rendered text carries terminal colours.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Color {
+    /// Plain text.
+    #[default]
+    Never,
+    /// ANSI colours.
+    Always,
+}
+
+/// Why an entry point was not rewritten: one finding or several, the weightiest first.
+#[derive(Clone, Debug, thiserror::Error)]
+#[error("{}", .findings.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))]
+pub struct Refusal {
+    /// The reasons.
+    pub findings: Vec<Finding>,
+}
+
+impl Refusal {
+    /// All findings as text.
+    pub fn render(&self, source: &Source, color: Color) -> String {
+        self.findings
+            .iter()
+            .map(|finding| finding.render(source, color))
+            .collect()
+    }
+}
+
+impl From<Finding> for Refusal {
+    fn from(finding: Finding) -> Refusal {
+        Refusal {
+            findings: vec![finding],
+        }
+    }
+}

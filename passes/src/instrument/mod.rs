@@ -1,0 +1,271 @@
+//! Instrumented builds of a shader, for whoever checks a rewrite: which invocation stores where, and how often each place
+//! is stored to.
+//!
+//! Both are made on any module, rewritten or not, and know nothing of the [analysis](crate::analysis): what they report is
+//! what ran. The original's [log](log_stores) tells every address that an invocation used, in order; the rewritten
+//! shader's [counts](count_stores) tell how often each place was written.
+//!
+//! *Does*: puts a call in front of every store to a buffer or texture. The stores themselves stay.
+//! *Guarantees*: an address outside its resource is told apart, never clamped into it.
+
+mod address;
+
+use naga::{
+    Binding, BuiltIn, Expression, Function, FunctionArgument, GlobalVariable, Handle, Module,
+    ResourceBinding, Scalar, Span, Statement, TypeInner,
+    valid::{FunctionInfo, ModuleInfo},
+};
+
+use crate::ir::{
+    build::{self, Code},
+    import::Imports,
+    statements::rebuild,
+};
+
+/// The size of a resource that a shader stores to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shape {
+    /// A texture: width, height, depth or layers.
+    Texture([u32; 3]),
+    /// A buffer, in bytes.
+    Buffer(u32),
+}
+
+/// What is stored where.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Site {
+    /// The variable.
+    pub global: Handle<GlobalVariable>,
+    /// Bytes written, for a buffer; 1 for a texel.
+    pub size: u32,
+    /// Where it stands in the source.
+    pub span: Span,
+}
+
+/// An instrumented module.
+#[derive(Clone, Debug)]
+pub struct Instrumented {
+    /// The module.
+    pub module: Module,
+    /// Where the log or the counts are bound: a storage buffer, read and written.
+    pub binding: ResourceBinding,
+    /// The stores, by the number that the log names them with.
+    pub sites: Vec<Site>,
+}
+
+/// A place outside its resource, in a log.
+pub const OUTSIDE: u32 = u32::MAX;
+
+const LOG: &str = include_str!("log.wgsl");
+
+/// How large the log is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LogSize {
+    /// The invocations of the dispatch, on each axis.
+    pub grid: [u32; 3],
+    /// The most stores of one invocation that the log holds.
+    pub slots: u32,
+}
+
+impl LogSize {
+    /// The words of the log: for each invocation, x fastest, the number of its stores, then for each of `slots` stores
+    /// the site and the place.
+    pub fn words(&self) -> u64 {
+        let invocations: u64 = self.grid.iter().map(|&n| u64::from(n)).product();
+        invocations * u64::from(1 + 2 * self.slots)
+    }
+}
+
+/// Logs each store of an entry point: the site, and the place as a texel number or a byte offset.
+///
+/// `shapes` gives the size of each resource.
+///
+/// # Panics
+/// If a resource that is stored to has no shape.
+pub fn log_stores(
+    module: &Module,
+    info: &ModuleInfo,
+    entry: usize,
+    size: LogSize,
+    shapes: &dyn Fn(Handle<GlobalVariable>) -> Option<Shape>,
+) -> Instrumented {
+    let [width, height, _] = size.grid;
+    let text = format!(
+        "const WIDTH: u32 = {width}u;\nconst HEIGHT: u32 = {height}u;\nconst SLOTS: u32 = {}u;\n{LOG}",
+        size.slots
+    );
+    instrument(module, info, entry, &text, "vrcs_log", shapes, &|_| 0)
+}
+
+/// Counts the stores to each place: a texture has a word for each texel, a buffer one for each two bytes. `base` gives
+/// the word at which each resource starts.
+///
+/// # Panics
+/// If a resource that is stored to has no shape.
+pub fn count_stores(
+    module: &Module,
+    info: &ModuleInfo,
+    entry: usize,
+    shapes: &dyn Fn(Handle<GlobalVariable>) -> Option<Shape>,
+    base: &dyn Fn(Handle<GlobalVariable>) -> u32,
+) -> Instrumented {
+    const UNUSED: &str =
+        "const WIDTH: u32 = 0u;\nconst HEIGHT: u32 = 0u;\nconst SLOTS: u32 = 0u;\n";
+    let text = format!("{UNUSED}{LOG}");
+    instrument(module, info, entry, &text, "vrcs_count", shapes, base)
+}
+
+fn instrument(
+    module: &Module,
+    info: &ModuleInfo,
+    entry: usize,
+    text: &str,
+    hook: &str,
+    shapes: &dyn Fn(Handle<GlobalVariable>) -> Option<Shape>,
+    base: &dyn Fn(Handle<GlobalVariable>) -> u32,
+) -> Instrumented {
+    let prelude = match naga::front::wgsl::parse_str(text) {
+        Ok(prelude) => prelude,
+        Err(error) => unreachable!("{}", error.emit_to_string(text)),
+    };
+    // what the stores call has to stand before them, so the author's functions move up
+    let mut instrumented = Module {
+        functions: naga::Arena::new(),
+        doc_comments: None,
+        ..module.clone()
+    };
+    let binding = free_binding(module);
+    let mut imports = Imports::default();
+    imports.placements.insert("vrcs_log_words", binding);
+    let hook = imports.function(&prelude, &mut instrumented, hook);
+    let begin = imports.function(&prelude, &mut instrumented, "vrcs_begin");
+
+    let mut cx = Context {
+        original: module,
+        hook,
+        shapes,
+        base,
+        moved: Vec::with_capacity(module.functions.len()),
+        sites: Vec::new(),
+    };
+    for (handle, function) in module.functions.iter() {
+        let mut function = function.clone();
+        cx.function(&mut instrumented, &mut function, &info[handle]);
+        let span = module.functions.get_span(handle);
+        cx.moved.push(instrumented.functions.append(function, span));
+    }
+    let mut entry_point = module.entry_points[entry].clone();
+    let function = &mut entry_point.function;
+    cx.function(&mut instrumented, function, info.get_entry_point(entry));
+    begin_entry(&mut instrumented, function, begin);
+    instrumented.entry_points = vec![entry_point];
+    Instrumented {
+        sites: cx.sites,
+        module: instrumented,
+        binding,
+    }
+}
+
+/// A binding number that the module leaves free, in the group that it uses most.
+fn free_binding(module: &Module) -> ResourceBinding {
+    let bindings = || {
+        module
+            .global_variables
+            .iter()
+            .filter_map(|(_, g)| g.binding)
+    };
+    let group = bindings().map(|binding| binding.group).min().unwrap_or(0);
+    let binding = bindings()
+        .filter(|binding| binding.group == group)
+        .map(|binding| binding.binding + 1)
+        .max()
+        .unwrap_or(0);
+    ResourceBinding { group, binding }
+}
+
+struct Context<'c> {
+    original: &'c Module,
+    hook: Handle<Function>,
+    shapes: &'c dyn Fn(Handle<GlobalVariable>) -> Option<Shape>,
+    base: &'c dyn Fn(Handle<GlobalVariable>) -> u32,
+    /// Where the author's functions are now.
+    moved: Vec<Handle<Function>>,
+    sites: Vec<Site>,
+}
+
+impl Context<'_> {
+    /// Puts a call in front of each store, and sends calls to where the functions have moved.
+    fn function(&mut self, module: &mut Module, function: &mut Function, info: &FunctionInfo) {
+        for (_, expression) in function.expressions.iter_mut() {
+            if let Expression::CallResult(callee) = expression {
+                *callee = self.moved[callee.index()];
+            }
+        }
+        let body = std::mem::take(&mut function.body);
+        function.body = rebuild(body, &mut |_, mut statement, span, block| {
+            if let Statement::Call { function, .. } = &mut statement {
+                *function = self.moved[function.index()];
+            }
+            if let Statement::Store { pointer, .. } | Statement::ImageStore { image: pointer, .. } =
+                statement
+                && let Some(destination) =
+                    address::destination(self.original, function, &statement, pointer)
+            {
+                let Some(shape) = (self.shapes)(destination.global) else {
+                    unreachable!("every resource that is stored to has a shape");
+                };
+                let number = self.sites.len() as u32;
+                self.sites.push(Site {
+                    global: destination.global,
+                    size: destination.size,
+                    span: crate::analysis::statement_span(function, &statement, span),
+                });
+                let mut code = Code::new(&mut module.types, function, span);
+                let place = destination.write(&mut code, info, &statement, shape);
+                let base = (self.base)(destination.global);
+                let mut arguments = [number, base, destination.size]
+                    .map(|n| code.u32(n))
+                    .to_vec();
+                arguments.push(place);
+                code.call(self.hook, arguments, false);
+                block.append(&mut code.finish());
+            }
+            block.push(statement, span);
+        });
+    }
+}
+
+/// Tells the log which invocation this is.
+fn begin_entry(module: &mut Module, function: &mut Function, begin: Handle<Function>) {
+    let ids = build::numeric(&mut module.types, build::vector_size(3), Scalar::U32);
+    let is_gid =
+        |binding: &Option<Binding>| *binding == Some(Binding::BuiltIn(BuiltIn::GlobalInvocationId));
+    let mut place = None;
+    for (index, argument) in function.arguments.iter().enumerate() {
+        if is_gid(&argument.binding) {
+            place = Some((index, None));
+        }
+        if let TypeInner::Struct { members, .. } = &module.types[argument.ty].inner
+            && let Some(member) = members.iter().position(|member| is_gid(&member.binding))
+        {
+            place = Some((index, Some(member as u32)));
+        }
+    }
+    let (argument, member) = place.unwrap_or_else(|| {
+        function.arguments.push(FunctionArgument {
+            name: Some("vrcs_gid".to_owned()),
+            ty: ids,
+            binding: Some(Binding::BuiltIn(BuiltIn::GlobalInvocationId)),
+        });
+        (function.arguments.len() - 1, None)
+    });
+    let mut code = Code::new(&mut module.types, function, Span::UNDEFINED);
+    let mut gid = code.add(Expression::FunctionArgument(argument as u32));
+    if let Some(member) = member {
+        gid = code.at(gid, member);
+    }
+    code.call(begin, vec![gid], false);
+    let mut body = code.finish();
+    body.append(&mut function.body);
+    function.body = body;
+}

@@ -1,0 +1,246 @@
+//! What whoever dispatches a rewritten shader has to know, as data.
+//!
+//! The manifest is JSON with a version of its own; fields are only ever added within a version.
+
+use naga::{
+    Module, ResourceBinding,
+    valid::{GlobalUse, ModuleInfo},
+};
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    finding::Finding,
+    options::{FullTiles, MaxRate, Mode, Options, Policy},
+    plan::TargetPlan,
+    source::Source,
+    transform::bindings::Placement,
+};
+
+/// The version of the manifest's form.
+pub const VERSION: u32 = 1;
+
+/// What is known of a rewritten module.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Manifest {
+    /// [`VERSION`].
+    pub version: u32,
+    /// The program that wrote it.
+    pub generator: String,
+    /// What the rewrite takes for granted.
+    pub preconditions: Vec<String>,
+    /// The rewritten entry points, in the module's order.
+    pub entries: Vec<Entry>,
+}
+
+/// A rewritten entry point.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Entry {
+    /// Its name, as before.
+    pub name: String,
+    /// How primaries find their pixels.
+    pub mode: Mode,
+    /// Its new workgroup size.
+    pub workgroup_size: [u32; 3],
+    /// The workgroup size that the shader was written for; `null` on an axis where an `override` decides.
+    pub original_workgroup_size: [Option<u32>; 3],
+    /// The tile of the coordinate buffer, in pixels.
+    pub tile: [u32; 2],
+    /// The largest rate whose copies it makes.
+    pub max_rate: MaxRate,
+    /// How many invocations retire together, for the nearly-full rule.
+    pub wave: u32,
+    /// The nearly-full rule.
+    pub full_tiles: FullTiles,
+    /// The number of workgroups to dispatch, on each axis, for a logical extent.
+    pub dispatch: Dispatch,
+    /// The added bindings.
+    pub bindings: Vec<Binding>,
+    /// The resources that it stores to.
+    pub targets: Vec<Target>,
+    /// Findings that did not stop the rewrite.
+    pub warnings: Vec<Warning>,
+}
+
+/// The rule for the number of workgroups.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Dispatch {
+    /// On each axis, the extent is divided by this, rounded up.
+    pub divide: [u32; 3],
+}
+
+impl Dispatch {
+    /// The number of workgroups for a logical extent, in invocations.
+    pub fn groups(&self, extent: [u32; 3]) -> [u32; 3] {
+        std::array::from_fn(|axis| extent[axis].div_ceil(self.divide[axis]))
+    }
+}
+
+/// An added binding.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Binding {
+    /// What it is for: `params` or `coords`.
+    pub name: String,
+    /// Its bind group.
+    pub group: u32,
+    /// Its number in the group.
+    pub binding: u32,
+    /// What it is: `uniform` or `read-only-storage`.
+    pub kind: String,
+    /// Its least size, in bytes.
+    pub size: u32,
+    /// What the bytes mean.
+    pub layout: Vec<Field>,
+}
+
+/// A field of a binding.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Field {
+    /// Its name.
+    pub name: String,
+    /// Its offset, in bytes.
+    pub offset: u32,
+    /// Its WGSL type.
+    #[serde(rename = "type")]
+    pub ty: String,
+}
+
+/// A resource that the shader stores to.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Target {
+    /// Its name.
+    pub name: String,
+    /// Its bind group.
+    pub group: u32,
+    /// Its number in the group.
+    pub binding: u32,
+    /// What becomes of its stores.
+    pub policy: Policy,
+    /// Whether the shader reads it, too.
+    pub read: bool,
+}
+
+/// A finding that did not stop the rewrite.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Warning {
+    /// Its stable code.
+    pub code: String,
+    /// One sentence.
+    pub message: String,
+    /// The file and line, if known.
+    pub place: Option<String>,
+}
+
+impl Warning {
+    /// A finding as a warning.
+    pub fn new(finding: &Finding, source: Option<&Source>) -> Warning {
+        let place = finding
+            .labels
+            .first()
+            .and_then(|label| source?.place(label.span))
+            .map(|place| format!("{}:{}:{}", place.file, place.line, place.column));
+        Warning {
+            code: finding.code.to_string(),
+            message: finding.message.clone(),
+            place,
+        }
+    }
+}
+
+/// What holds for every rewrite.
+pub fn preconditions() -> Vec<String> {
+    vec![
+        "distinct writable bindings name disjoint memory".to_owned(),
+        "the dispatch covers the logical extent from its origin".to_owned(),
+    ]
+}
+
+/// The added bindings, for a placement.
+pub fn bindings(placement: Placement) -> Vec<Binding> {
+    let field = |name: &str, offset, ty: &str| Field {
+        name: name.to_owned(),
+        offset,
+        ty: ty.to_owned(),
+    };
+    let binding = |name: &str, at: ResourceBinding, kind: &str, size, layout| Binding {
+        name: name.to_owned(),
+        group: at.group,
+        binding: at.binding,
+        kind: kind.to_owned(),
+        size,
+        layout,
+    };
+    vec![
+        binding(
+            "params",
+            placement.params,
+            "uniform",
+            PARAMS_SIZE,
+            vec![
+                field("extent", 0, "vec3<u32>"),
+                field("flags", 12, "u32"),
+                field("groups", 16, "vec3<u32>"),
+                field("tiles_per_row", 28, "u32"),
+                field("entries", 32, "u32"),
+                field("entries_per_tile", 36, "u32"),
+            ],
+        ),
+        binding(
+            "coords",
+            placement.coords,
+            "read-only-storage",
+            4,
+            vec![field("words", 0, "array<u32>")],
+        ),
+    ]
+}
+
+/// The size of the parameters, in bytes.
+pub const PARAMS_SIZE: u32 = 48;
+
+/// An entry of the manifest.
+pub fn entry(
+    module: &Module,
+    info: &ModuleInfo,
+    index: usize,
+    options: &Options,
+    placement: Placement,
+    targets: &[TargetPlan],
+) -> Entry {
+    let entry = &module.entry_points[index];
+    let overrides = entry.workgroup_size_overrides.unwrap_or_default();
+    let [width, height] = options.tile;
+    let uses = info.get_entry_point(index);
+    Entry {
+        name: entry.name.clone(),
+        mode: options.mode,
+        workgroup_size: [width, height, 1],
+        original_workgroup_size: std::array::from_fn(|axis| {
+            overrides[axis]
+                .is_none()
+                .then_some(entry.workgroup_size[axis])
+        }),
+        tile: options.tile,
+        max_rate: options.max_rate,
+        wave: options.wave,
+        full_tiles: options.full_tiles,
+        dispatch: Dispatch {
+            divide: [width, height, 1],
+        },
+        bindings: bindings(placement),
+        targets: targets
+            .iter()
+            .filter_map(|target| {
+                let global = &module.global_variables[target.global];
+                let binding = global.binding?;
+                Some(Target {
+                    name: global.name.clone().unwrap_or_default(),
+                    group: binding.group,
+                    binding: binding.binding,
+                    policy: target.policy,
+                    read: uses[target.global].contains(GlobalUse::READ),
+                })
+            })
+            .collect(),
+        warnings: Vec::new(),
+    }
+}

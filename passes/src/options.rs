@@ -1,0 +1,73 @@
+//! How a shader is to be rewritten.
+
+use serde::{Deserialize, Serialize};
+
+/// How primaries find their pixels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Mode {
+    /// One workgroup a tile, for the whole picture; a tile's primaries sit in its first invocations and the rest
+    /// leave at once.
+    #[default]
+    Tiled,
+}
+
+/// The largest shading rate whose copies a rewritten shader makes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum MaxRate {
+    /// Up to 2×2 pixels a primary: copies are three conditional stores.
+    #[default]
+    #[serde(rename = "2x2")]
+    R2x2,
+}
+
+/// What becomes of a tile with so many primaries that packing them would retire no wave.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum FullTiles {
+    /// All its pixels become their own primaries (the slides' rule: more than tile area − wave).
+    #[default]
+    Promote,
+    /// Its primaries stay as they are (bonus slide 8).
+    Keep,
+}
+
+/// What becomes of a target's stores.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Policy {
+    /// Each primary's stores are repeated for its duplicates.
+    #[default]
+    Copy,
+}
+
+/// The options of a rewrite.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Options {
+    /// How do primaries find their pixels?
+    pub mode: Mode,
+    /// What is the largest shading rate?
+    pub max_rate: MaxRate,
+    /// How wide and high is a tile, in pixels? Its area is the new workgroup's size: 16×16 packs waves best on every GPU
+    /// measured, and is the most that WebGPU's default limits allow.
+    pub tile: [u32; 2],
+    /// How many invocations retire together? 32 on NVIDIA and on AMD's newer GPUs. Only the nearly-full rule needs it.
+    pub wave: u32,
+    /// What becomes of nearly full tiles?
+    pub full_tiles: FullTiles,
+    /// How many bind groups does the device have? WebGPU's default is 4.
+    pub max_bind_groups: u32,
+}
+
+impl Default for Options {
+    fn default() -> Options {
+        Options {
+            mode: Mode::default(),
+            max_rate: MaxRate::default(),
+            tile: [16, 16],
+            wave: 32,
+            full_tiles: FullTiles::default(),
+            max_bind_groups: 4,
+        }
+    }
+}

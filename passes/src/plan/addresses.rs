@@ -1,0 +1,272 @@
+//! How each store's address is found for a duplicate.
+
+use naga::BinaryOperator;
+
+use super::{CopyPlan, How, Planner, domain::Domain};
+use crate::{
+    analysis::{
+        AccessKind, Address,
+        depends::Depends,
+        guard::{Formula, flatten},
+        tangent::{Slope, Tangent},
+        term::{Term, TermId},
+    },
+    finding::{Code, Finding},
+};
+
+impl Planner<'_> {
+    /// Plans the copies of every store.
+    pub(super) fn plan_copies(&mut self, domain: &Domain) -> Vec<CopyPlan> {
+        let stores = self.stores();
+        if !stores.iter().any(|&store| self.is_per_pixel(store)) {
+            self.refuse_nothing_per_pixel(&stores);
+            return Vec::new();
+        }
+        stores
+            .into_iter()
+            .filter_map(|store| self.plan_copy(store, domain))
+            .collect()
+    }
+
+    fn refuse_nothing_per_pixel(&mut self, stores: &[usize]) {
+        let mut finding = Finding::new(
+            Code::NothingPerPixel,
+            "the entry point stores nothing at an address that depends on both axes of its invocation grid",
+        );
+        if let Some(&store) = stores.first() {
+            let (span, axes) = (self.access(store).span, self.axes(store));
+            finding = finding.at(span, format!("depends on {}", named(axes)));
+        }
+        self.say(finding.help("name another entry point with --entry"));
+    }
+
+    /// The axes that a store's address depends on.
+    fn axes(&mut self, store: usize) -> Depends {
+        let terms = self.access(store).address.terms();
+        terms.into_iter().fold(Depends::empty(), |all, term| {
+            all | self.on.of(&mut self.found.terms, term)
+        })
+    }
+
+    fn is_per_pixel(&mut self, store: usize) -> bool {
+        self.axes(store).contains(Depends::X | Depends::Y)
+    }
+
+    fn plan_copy(&mut self, store: usize, domain: &Domain) -> Option<CopyPlan> {
+        let access = self.access(store);
+        let (span, instance, scope) = (access.span, access.instance, access.scope.clone());
+        let name = self.name(access.target.global);
+        let terms = access.address.terms();
+        let axes = self.axes(store);
+        if !axes.contains(Depends::X | Depends::Y) {
+            self.say(
+                Finding::new(
+                    Code::AddressNotOneToOne,
+                    format!("several invocations store to one place of `{name}`"),
+                )
+                .at(span, format!("the address depends on {}", named(axes)))
+                .help("move this store to an entry point of its own"),
+            );
+            return None;
+        }
+        let tangents: Option<Vec<Tangent>> = terms
+            .iter()
+            .map(|&term| self.tangents.of(&mut self.found.terms, &mut self.on, term))
+            .map(|tangent| tangent.filter(Tangent::is_pixel_only))
+            .collect();
+        let one_to_one = tangents.as_deref().is_some_and(is_one_to_one);
+        let guards = self.guards_of(store, domain, tangents.as_deref(), one_to_one)?;
+
+        let mut needed: Vec<TermId> = Vec::new();
+        for guard in &guards {
+            guard.conditions(&mut |condition| needed.push(condition));
+        }
+        let how = match tangents {
+            Some(tangents) => {
+                for slope in tangents.iter().flat_map(|tangent| tangent.pixel) {
+                    needed.extend(slope.symbol.map(|(symbol, _)| symbol));
+                }
+                How::Offset(tangents)
+            }
+            None => {
+                needed.extend(&terms);
+                How::Recompute(terms)
+            }
+        };
+        match self.captures(&needed, instance, &scope) {
+            Ok(captures) => Some(CopyPlan {
+                access: store,
+                how,
+                guards,
+                captures,
+            }),
+            Err(blocked) => {
+                let cause = self.blocked_span(&blocked);
+                let finding = Finding::new(
+                    Code::AddressNotRecomputable,
+                    format!(
+                        "where a duplicate would store in `{name}` cannot be computed: {}",
+                        blocked.why
+                    ),
+                )
+                .at(span, "the store");
+                self.say(match cause == span {
+                    true => finding,
+                    false => finding.at(cause, blocked.why),
+                }
+                .help("compute the address from the invocation's ids, uniforms and read-only memory"));
+                None
+            }
+        }
+    }
+
+    /// The conditions that are to be asked of each duplicate at a store, beyond the domain; `None` if the store is
+    /// refused.
+    fn guards_of(
+        &mut self,
+        store: usize,
+        domain: &Domain,
+        tangents: Option<&[Tangent]>,
+        one_to_one: bool,
+    ) -> Option<Vec<Formula>> {
+        let access = self.access(store);
+        let (span, guards) = (access.span, access.guards.clone());
+        let is_buffer = matches!(access.address, Address::Part(_));
+        let name = self.name(access.target.global);
+        let own = tangents.is_some_and(is_identity);
+        let mut asked = Vec::new();
+        let extra: Vec<Formula> = self
+            .relaxed(&guards, |planner, condition| {
+                planner.is_positional(condition)
+            })
+            .into_iter()
+            .filter(|formula| !domain.common.contains(formula))
+            .collect();
+        for formula in extra {
+            let mut condition_span = span;
+            formula.conditions(&mut |condition| {
+                let found = self.span_of(condition);
+                if found.is_defined() {
+                    condition_span = found;
+                }
+            });
+            if !one_to_one {
+                self.say(
+                    Finding::new(
+                        Code::ConditionalOnIds,
+                        format!("a store to `{name}` runs only for some ids and does not go to the pixel's own place"),
+                    )
+                    .at(span, "lost when the invocation that runs it is a duplicate")
+                    .at(condition_span, "the condition on the ids"),
+                );
+                return None;
+            }
+            // a copy that the bounds would have stopped may land in the next row, or in another's block
+            if (is_buffer || !own)
+                && self.is_bounds_check(&formula)
+                && !self.has_opposite(store, &formula)
+            {
+                asked.push(formula);
+                continue;
+            }
+            self.say(
+                Finding::new(
+                    Code::FollowsPrimary,
+                    format!(
+                        "a store to `{name}` runs only for some ids; its copies follow the primary"
+                    ),
+                )
+                .at(condition_span, "the condition on the ids")
+                .at(span, "copied wherever the primary stores"),
+            );
+        }
+        Some(asked)
+    }
+
+    /// Whether a formula compares something that moves with the ids against something that does not.
+    fn is_bounds_check(&mut self, formula: &Formula) -> bool {
+        use BinaryOperator as B;
+        let Formula::Is(condition, _) = *formula else {
+            return false;
+        };
+        let Term::Binary(B::Less | B::LessEqual | B::Greater | B::GreaterEqual, left, right) =
+            *self.found.terms.get(condition)
+        else {
+            return false;
+        };
+        let mut moves = |term| {
+            self.tangents
+                .of(&mut self.found.terms, &mut self.on, term)
+                .map(|tangent| tangent != Tangent::default())
+        };
+        matches!((moves(left), moves(right)), (Some(a), Some(b)) if a != b)
+    }
+
+    /// Whether another store to the same target runs when this condition does not hold.
+    fn has_opposite(&mut self, store: usize, formula: &Formula) -> bool {
+        let Formula::Is(condition, holds) = *formula else {
+            return false;
+        };
+        let target = self.access(store).target.clone();
+        let opposite = Formula::Is(condition, !holds);
+        let others: Vec<_> = self
+            .found
+            .accesses
+            .iter()
+            .filter(|a| matches!(a.kind, AccessKind::Store { .. }) && a.target == target)
+            .map(|a| a.guards.clone())
+            .collect();
+        others.iter().any(|guards| {
+            let mut conjuncts = Vec::new();
+            flatten(guards, &mut self.found.terms, &mut conjuncts);
+            conjuncts.contains(&opposite)
+        })
+    }
+}
+
+/// Whether an address moves by exactly one along x and y.
+fn is_identity(tangents: &[Tangent]) -> bool {
+    let one = Slope {
+        constant: 1,
+        symbol: None,
+    };
+    let zero = Slope::default();
+    match tangents {
+        [x, y, ..] => {
+            (x.pixel[0], x.pixel[1]) == (one, zero) && (y.pixel[0], y.pixel[1]) == (zero, one)
+        }
+        _ => false,
+    }
+}
+
+/// Whether different pixels of a layer surely have different addresses: two parts that move independently, or one that
+/// moves by different strides along x and y (that the longer stride spans a row is the author's business: without
+/// that, the original races).
+fn is_one_to_one(tangents: &[Tangent]) -> bool {
+    let numbers = |t: &Tangent| {
+        let [x, y, _] = t.pixel;
+        (x.symbol.is_none() && y.symbol.is_none()).then_some((x.constant, y.constant))
+    };
+    for (index, a) in tangents.iter().enumerate() {
+        for b in &tangents[index + 1..] {
+            match (numbers(a), numbers(b)) {
+                (Some((ax, ay)), Some((bx, by))) if ax * by != ay * bx => return true,
+                _ => {}
+            }
+        }
+    }
+    tangents.iter().any(|t| {
+        let [x, y, _] = t.pixel;
+        let strides = x.constant.abs() != y.constant.abs() || x.symbol != y.symbol;
+        !x.is_zero() && !y.is_zero() && strides
+    })
+}
+
+fn named(axes: Depends) -> &'static str {
+    match (axes.contains(Depends::X), axes.contains(Depends::Y)) {
+        (true, true) => "both axes",
+        (true, false) => "x alone",
+        (false, true) => "y alone",
+        (false, false) => "neither x nor y",
+    }
+}

@@ -1,0 +1,178 @@
+//! Decides what is done with each store, or why the shader is refused. Nothing is changed here.
+//!
+//! *Does*: turns what the [walk](crate::analysis::walk) found into an [`EntryPlan`]: how each store's address is found
+//! for a duplicate, what has to be captured for it, which pixels belong to the shader's domain.
+//! *Guarantees*: a plan is made only if the contract can be kept for every store; else all reasons are given at once.
+
+mod addresses;
+mod captures;
+mod domain;
+mod hazards;
+
+use naga::{GlobalVariable, Handle, Module, Span, valid::ModuleInfo};
+
+use crate::{
+    analysis::{
+        Access, AccessKind, Facts,
+        depends::Dependence,
+        guard::Formula,
+        tangent::{Tangent, Tangents},
+        term::TermId,
+        walk::{Found, walk},
+    },
+    finding::{Finding, Severity},
+    options::Policy,
+};
+
+pub use captures::{Capture, CaptureSource};
+
+/// What is done with one entry point.
+pub struct EntryPlan<'a> {
+    /// What the analysis found.
+    pub found: Found<'a>,
+    /// What each store becomes.
+    pub copies: Vec<CopyPlan>,
+    /// What makes a pixel part of the shader's domain; all pixels are if nothing is asked.
+    pub domain: Vec<Formula>,
+    /// The resources that it stores to, in the order of their declaration.
+    pub targets: Vec<TargetPlan>,
+    /// Warnings.
+    pub warnings: Vec<Finding>,
+}
+
+/// What is done with one target.
+#[derive(Clone, Copy, Debug)]
+pub struct TargetPlan {
+    /// The resource.
+    pub global: Handle<GlobalVariable>,
+    /// What becomes of its stores.
+    pub policy: Policy,
+}
+
+/// How a store is repeated for a duplicate.
+#[derive(Debug)]
+pub struct CopyPlan {
+    /// The access, by its number in [`Found::accesses`].
+    pub access: usize,
+    /// How the duplicate's address is found.
+    pub how: How,
+    /// Conditions that are asked of each duplicate.
+    pub guards: Vec<Formula>,
+    /// Values of the primary that the above need.
+    pub captures: Vec<Capture>,
+}
+
+/// How a duplicate's address is found.
+#[derive(Clone, Debug, PartialEq)]
+pub enum How {
+    /// The primary's address plus `tangent · delta`, for each computed part of the address.
+    Offset(Vec<Tangent>),
+    /// Each computed part of the address anew, from the duplicate's ids.
+    Recompute(Vec<TermId>),
+}
+
+/// What was found, and what answers questions about it.
+struct Planner<'a> {
+    module: &'a Module,
+    entry: usize,
+    found: Found<'a>,
+    on: Dependence<'a>,
+    tangents: Tangents,
+    findings: Vec<Finding>,
+}
+
+/// Plans the rewrite of entry point number `entry`.
+///
+/// # Errors
+/// All reasons to refuse it.
+pub fn plan<'a>(
+    module: &'a Module,
+    info: &'a ModuleInfo,
+    facts: &'a Facts,
+    entry: usize,
+) -> Result<EntryPlan<'a>, Vec<Finding>> {
+    let found = walk(module, info, facts, entry);
+    let mut planner = Planner {
+        module,
+        entry,
+        tangents: Tangents::new(found.group_size),
+        found,
+        on: Dependence::new(facts),
+        findings: Vec::new(),
+    };
+    planner.check_hazards();
+    let domain = planner.domain();
+    let copies = planner.plan_copies(&domain);
+    let (refusals, warnings): (Vec<_>, Vec<_>) = planner
+        .findings
+        .into_iter()
+        .partition(|finding| finding.code.severity() == Severity::Refusal);
+    if !refusals.is_empty() {
+        return Err(refusals);
+    }
+    let targets = facts
+        .written()
+        .into_iter()
+        .map(|global| TargetPlan {
+            global,
+            policy: Policy::Copy,
+        })
+        .collect();
+    Ok(EntryPlan {
+        found: planner.found,
+        copies,
+        domain: domain.shared,
+        targets,
+        warnings,
+    })
+}
+
+impl Planner<'_> {
+    fn say(&mut self, finding: Finding) {
+        if !self.findings.contains(&finding) {
+            self.findings.push(finding);
+        }
+    }
+
+    /// The stores, by their number among the accesses.
+    fn stores(&self) -> Vec<usize> {
+        self.found
+            .accesses
+            .iter()
+            .enumerate()
+            .filter(|(_, access)| matches!(access.kind, AccessKind::Store { .. }))
+            .map(|(index, _)| index)
+            .collect()
+    }
+
+    fn access(&self, index: usize) -> &Access {
+        &self.found.accesses[index]
+    }
+
+    /// The name of a variable, as the author wrote it.
+    fn name(&self, global: Handle<GlobalVariable>) -> String {
+        self.module.global_variables[global]
+            .name
+            .clone()
+            .unwrap_or_else(|| "an unnamed resource".to_owned())
+    }
+
+    /// Where a term was first computed in the source.
+    fn span_of(&self, term: TermId) -> Span {
+        for condition in &self.found.conditions {
+            if condition.condition == term {
+                return condition.span;
+            }
+        }
+        for instance in &self.found.instances {
+            let function = instance.function.get(self.module, self.entry);
+            for ((handle, _), value) in function.expressions.iter().zip(&instance.values) {
+                let span = function.expressions.get_span(handle);
+                if *value == Some(term) && span.is_defined() {
+                    return span;
+                }
+            }
+        }
+        Span::UNDEFINED
+    }
+}

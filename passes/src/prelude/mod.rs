@@ -1,0 +1,46 @@
+//! The WGSL that every rewritten shader shares: VRCSPrefix and what it needs.
+//!
+//! It is a module of its own, from which a rewritten shader [imports](crate::ir::import) what it uses. The few
+//! numbers that differ between rewrites stand in front of it as constants, so that each combination is parsed once
+//! in a process.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use naga::Module;
+use rustc_hash::FxHashMap;
+
+use crate::options::{Mode, Options};
+
+const COMMON: &str = include_str!("common.wgsl");
+const TILED: &str = include_str!("tiled.wgsl");
+
+/// What the text of the prelude depends on.
+type Key = (Mode, [u32; 2]);
+
+static PARSED: Mutex<Option<FxHashMap<Key, Arc<Module>>>> = Mutex::new(None);
+
+/// The prelude for these options.
+pub fn prelude(options: &Options) -> Arc<Module> {
+    let key = (options.mode, options.tile);
+    let mut parsed = PARSED.lock().unwrap_or_else(PoisonError::into_inner);
+    parsed
+        .get_or_insert_default()
+        .entry(key)
+        .or_insert_with(|| Arc::new(parse(&text(options))))
+        .clone()
+}
+
+fn text(options: &Options) -> String {
+    let [width, height] = options.tile;
+    let Mode::Tiled = options.mode;
+    format!(
+        "const VRCS_TILE_WIDTH: u32 = {width}u;\nconst VRCS_TILE_HEIGHT: u32 = {height}u;\n{COMMON}{TILED}"
+    )
+}
+
+fn parse(text: &str) -> Module {
+    match naga::front::wgsl::parse_str(text) {
+        Ok(module) => module,
+        Err(error) => unreachable!("the prelude: {}", error.emit_to_string(text)),
+    }
+}

@@ -1,0 +1,188 @@
+//! VRCSPrefix: the new entry point, and what it imports from the [prelude](crate::prelude).
+//!
+//! ```wgsl
+//! // before                                   // after
+//! @compute @workgroup_size(8, 8)              @compute @workgroup_size(16, 16)
+//! fn main(                                    fn main(
+//!     @builtin(global_invocation_id)              @builtin(workgroup_id) vrcs_group: vec3<u32>,
+//!     gid: vec3<u32>                              @builtin(local_invocation_index) vrcs_lane: u32
+//! ) {                                         ) {
+//!     ..                                          if !vrcs_prefix(vrcs_group, vrcs_lane) { return; }
+//! }                                               main_inner(vrcs_pixel);
+//!                                             }
+//! ```
+//!
+//! *Does*: gives the entry point's name to a function that finds the invocation's pixel, leaves if there is none, and calls
+//! the original with the ids that the pixel's own invocation would have had: all of them, as one consistent set.
+//! *Guarantees*: nothing of the author's is renumbered; a `return` of theirs returns here.
+
+use naga::{
+    Binding, BuiltIn, Expression, Function, FunctionArgument, GlobalVariable, Handle, Module,
+    Scalar, Span, TypeInner,
+};
+
+use super::{
+    bindings::Placement,
+    recompute::{Ids, Recompute},
+};
+use crate::{
+    analysis::{
+        guard::{self, Formula},
+        term::{TermId, Terms},
+    },
+    ir::{
+        build::{self, Code},
+        import::Imports,
+    },
+    options::Options,
+    prelude::prelude,
+};
+
+/// What a rewritten entry point uses of the prelude.
+#[derive(Clone, Copy, Debug)]
+pub struct Prologue {
+    /// The parameters.
+    pub params: Handle<GlobalVariable>,
+    /// The pixel at hand.
+    pub pixel: Handle<GlobalVariable>,
+    /// Its duplicates.
+    pub copies: Handle<GlobalVariable>,
+    /// `fn(tile, lane) -> bool`: finds the pixel.
+    pub prefix: Handle<Function>,
+    /// `fn(number) -> vec3<u32>`: a duplicate's pixel.
+    pub duplicate: Handle<Function>,
+    /// `fn(number) -> vec2<i32>`: a duplicate's distance.
+    pub delta: Handle<Function>,
+}
+
+/// The imports for a module, its resources placed.
+pub fn imports(placement: Placement) -> Imports {
+    let mut imports = Imports::default();
+    imports.placements.insert("vrcs_params", placement.params);
+    imports.placements.insert("vrcs_coords", placement.coords);
+    imports
+}
+
+/// Imports what an entry point needs, with its own domain.
+pub fn import(
+    module: &mut Module,
+    imports: &mut Imports,
+    options: &Options,
+    terms: &mut Terms,
+    group_size: [TermId; 3],
+    entry: usize,
+    domain: &[Formula],
+) -> Prologue {
+    let prelude = prelude(options);
+    let params = imports.global(&prelude, module, "vrcs_params");
+    imports.unhook();
+    if !domain.is_empty() {
+        let function = domain_function(module, terms, group_size, entry, domain, params);
+        imports.hook("vrcs_in_domain", function);
+        let members = imports.function(&prelude, module, "vrcs_members_in_domain");
+        imports.hook("vrcs_members", members);
+    }
+    Prologue {
+        params,
+        pixel: imports.global(&prelude, module, "vrcs_pixel"),
+        copies: imports.global(&prelude, module, "vrcs_copies"),
+        prefix: imports.function(&prelude, module, "vrcs_prefix"),
+        duplicate: imports.function(&prelude, module, "vrcs_duplicate"),
+        delta: imports.function(&prelude, module, "vrcs_delta"),
+    }
+}
+
+/// The shader's domain as a function of a pixel.
+fn domain_function(
+    module: &mut Module,
+    terms: &mut Terms,
+    group_size: [TermId; 3],
+    entry: usize,
+    domain: &[Formula],
+    params: Handle<GlobalVariable>,
+) -> Handle<Function> {
+    let holds = guard::all(domain, terms);
+    let pixel = build::numeric(&mut module.types, build::vector_size(3), Scalar::U32);
+    let boolean = build::numeric(&mut module.types, None, Scalar::BOOL);
+    let (mut function, arguments) =
+        build::function("vrcs_in_domain", &[("pixel", pixel)], Some(boolean));
+    let mut code = Code::new(&mut module.types, &mut function, Span::UNDEFINED);
+    let ids = Ids {
+        pixel: arguments[0],
+        group_size,
+        params,
+    };
+    let value = Recompute::new(terms, entry, ids, []).emit(&mut code, holds);
+    code.push(naga::Statement::Return { value: Some(value) });
+    function.body = code.finish();
+    module.functions.append(function, Span::UNDEFINED)
+}
+
+/// Makes the new entry point function, which calls `inner` with impersonated ids.
+pub fn entry_function(
+    module: &mut Module,
+    terms: &Terms,
+    group_size: [TermId; 3],
+    entry: usize,
+    prologue: &Prologue,
+    inner: Handle<Function>,
+) -> Function {
+    let ids_type = build::numeric(&mut module.types, build::vector_size(3), Scalar::U32);
+    let lane_type = build::numeric(&mut module.types, None, Scalar::U32);
+    let mut function = Function::default();
+    let arguments = [
+        ("vrcs_group", ids_type, BuiltIn::WorkGroupId),
+        ("vrcs_lane", lane_type, BuiltIn::LocalInvocationIndex),
+    ]
+    .map(|(name, ty, builtin)| {
+        let index = function.arguments.len() as u32;
+        function.arguments.push(FunctionArgument {
+            name: Some(name.to_owned()),
+            ty,
+            binding: Some(Binding::BuiltIn(builtin)),
+        });
+        function
+            .expressions
+            .append(Expression::FunctionArgument(index), Span::UNDEFINED)
+    });
+    let original = &terms.module().entry_points[entry].function;
+    let mut code = Code::new(&mut module.types, &mut function, Span::UNDEFINED);
+    let found = code.value_of(prologue.prefix, arguments.to_vec());
+    code.return_unless(found);
+    let pixel = code.global(prologue.pixel);
+    let ids = Ids {
+        pixel,
+        group_size,
+        params: prologue.params,
+    };
+    let mut recompute = Recompute::new(terms, entry, ids, []);
+    let mut arguments = Vec::with_capacity(original.arguments.len());
+    for argument in &original.arguments {
+        let mut builtin = |code: &mut Code, binding: &Option<Binding>, ty| {
+            binding
+                .as_ref()
+                .and_then(Binding::to_built_in)
+                .and_then(|builtin| recompute.builtin(code, builtin))
+                // the plan has seen to it that nothing uses the others
+                .unwrap_or_else(|| code.add(Expression::ZeroValue(ty)))
+        };
+        let value = match &terms.module().types[argument.ty].inner {
+            TypeInner::Struct { members, .. } if argument.binding.is_none() => {
+                let components = members
+                    .iter()
+                    .map(|member| builtin(&mut code, &member.binding, member.ty))
+                    .collect();
+                code.add(Expression::Compose {
+                    ty: argument.ty,
+                    components,
+                })
+            }
+            _ => builtin(&mut code, &argument.binding, argument.ty),
+        };
+        arguments.push(value);
+    }
+    code.call(inner, arguments, false);
+    let body = code.finish();
+    build::set_body(&mut function, body);
+    function
+}

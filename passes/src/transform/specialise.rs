@@ -1,0 +1,381 @@
+//! Inserts the copies into the functions that store: the entry point, and a clone of each helper for each path of calls.
+//!
+//! ```wgsl
+//! // before                                   // after
+//! fn put(at: vec2<i32>, v: vec4<f32>) {       fn vrcs_put(at: vec2<i32>, v: vec4<f32>) {
+//!     textureStore(dst, at, v);                   textureStore(dst, at, v);
+//! }                                               vrcs_copy_dst(at, v);
+//!                                             }
+//! ```
+//!
+//! *Does*: clones bottom-up, callees before callers; paths that come to the same text share a clone. What a copy needs
+//! from a caller is kept in a private variable, set just before the call.
+//! *Guarantees*: the author's functions stay as they are, for entry points that are left alone; in a clone the
+//! author's statements keep their order and their spans.
+
+use naga::{
+    AddressSpace, Expression, Function, GlobalVariable, Handle, Module, Span, Statement, Type,
+    valid::ModuleInfo,
+};
+use rustc_hash::FxHashMap;
+
+use super::copies::{ChainStep, Copies, CopyCall, Operand, StoreOperands};
+use crate::{
+    analysis::{Access, FunctionRef, Instance, InstanceId, facts::constant_steps},
+    ir::{
+        build::{self, Code},
+        statements::{StatementId, rebuild},
+    },
+    plan::{CaptureSource, CopyPlan},
+};
+
+/// Something that is done at a statement.
+#[derive(Clone, Debug, PartialEq)]
+enum Edit {
+    /// A copy behind a store.
+    Copy {
+        call: CopyCall,
+        captures: Vec<CaptureSource>,
+    },
+    /// A call that goes to a clone.
+    Redirect(Handle<Function>),
+    /// A value kept for a copy further down, before a call.
+    Keep {
+        variable: Handle<GlobalVariable>,
+        source: CaptureSource,
+    },
+}
+
+/// What is done in one function, in the order of its statements.
+type Edits = Vec<(StatementId, Edit)>;
+
+/// Makes clones.
+pub struct Specialise<'s, 'm> {
+    /// The module as it was.
+    pub original: &'m Module,
+    /// What naga knows of it.
+    pub info: &'m ModuleInfo,
+    /// The entry point's number.
+    pub entry: usize,
+    /// The functions on paths to stores.
+    pub instances: &'s [Instance],
+    /// The accesses.
+    pub accesses: &'s [Access],
+    /// What becomes of the stores.
+    pub plans: &'s [CopyPlan],
+    edits: FxHashMap<InstanceId, Edits>,
+    kept: Vec<(CaptureSource, Handle<GlobalVariable>)>,
+    clones: Vec<(FunctionRef, Edits, Handle<Function>)>,
+}
+
+impl<'s, 'm> Specialise<'s, 'm> {
+    /// Nothing is cloned yet.
+    pub fn new(
+        original: &'m Module,
+        info: &'m ModuleInfo,
+        entry: usize,
+        instances: &'s [Instance],
+        accesses: &'s [Access],
+        plans: &'s [CopyPlan],
+    ) -> Specialise<'s, 'm> {
+        Specialise {
+            original,
+            info,
+            entry,
+            instances,
+            accesses,
+            plans,
+            edits: FxHashMap::default(),
+            kept: Vec::new(),
+            clones: Vec::new(),
+        }
+    }
+
+    /// Makes the copy functions and the clones; the entry point as an ordinary function.
+    pub fn run(mut self, module: &mut Module, copies: &mut Copies) -> Handle<Function> {
+        for plan in self.plans {
+            self.plan_edits(module, copies, plan);
+        }
+        let Some(inner) = self.build(module, InstanceId::ENTRY) else {
+            unreachable!("the entry point is always rebuilt");
+        };
+        inner
+    }
+
+    fn plan_edits(&mut self, module: &mut Module, copies: &mut Copies, plan: &CopyPlan) {
+        let access = &self.accesses[plan.access];
+        let store = self.operands(module, access);
+        let mut types = Vec::with_capacity(plan.captures.len());
+        let mut captures = Vec::with_capacity(plan.captures.len());
+        for capture in &plan.captures {
+            types.push(self.capture_type(module, access.instance, &capture.source));
+            captures.push(capture.source.clone());
+        }
+        for (source, &ty) in captures.iter().zip(&types) {
+            self.keep(module, source, ty);
+        }
+        let call = copies.function(module, access, plan, &store, &types);
+        self.edits
+            .entry(access.instance)
+            .or_default()
+            .push((access.statement, Edit::Copy { call, captures }));
+    }
+
+    /// Has a caller keep a value for a copy further down.
+    fn keep(&mut self, module: &mut Module, source: &CaptureSource, ty: Handle<Type>) {
+        let CaptureSource::Caller {
+            instance,
+            statement,
+            source: at_call,
+        } = source
+        else {
+            return;
+        };
+        if self.kept.iter().any(|(known, _)| known == source) {
+            return;
+        }
+        let variable = module.global_variables.append(
+            GlobalVariable {
+                name: Some("vrcs_kept".to_owned()),
+                space: AddressSpace::Private,
+                binding: None,
+                ty,
+                init: None,
+                memory_decorations: naga::MemoryDecorations::empty(),
+            },
+            Span::UNDEFINED,
+        );
+        self.kept.push((source.clone(), variable));
+        self.edits.entry(*instance).or_default().push((
+            *statement,
+            Edit::Keep {
+                variable,
+                source: (**at_call).clone(),
+            },
+        ));
+    }
+
+    fn function(&self, instance: InstanceId) -> (&'m Function, FunctionRef) {
+        let of = self.instances[instance.0 as usize].function;
+        (of.get(self.original, self.entry), of)
+    }
+
+    fn type_of(
+        &self,
+        module: &mut Module,
+        of: FunctionRef,
+        handle: Handle<Expression>,
+    ) -> Handle<Type> {
+        let info = match of {
+            FunctionRef::Entry => self.info.get_entry_point(self.entry),
+            FunctionRef::Function(function) => &self.info[function],
+        };
+        match &info[handle].ty {
+            naga::proc::TypeResolution::Handle(handle) => *handle,
+            naga::proc::TypeResolution::Value(inner) => {
+                build::intern(&mut module.types, inner.clone())
+            }
+        }
+    }
+
+    fn capture_type(
+        &self,
+        module: &mut Module,
+        instance: InstanceId,
+        source: &CaptureSource,
+    ) -> Handle<Type> {
+        let (function, of) = self.function(instance);
+        match source {
+            CaptureSource::Expression(handle) => self.type_of(module, of, *handle),
+            CaptureSource::Local(local) => function.local_variables[*local].ty,
+            CaptureSource::Caller {
+                instance, source, ..
+            } => self.capture_type(module, *instance, source),
+        }
+    }
+
+    /// The operands of a store, with their types.
+    fn operands(&self, module: &mut Module, access: &Access) -> StoreOperands {
+        let (function, of) = self.function(access.instance);
+        let mut operand = |handle| Operand {
+            handle,
+            ty: self.type_of(module, of, handle),
+        };
+        match *find(function, access.statement) {
+            Statement::Store { pointer, value } => {
+                let steps = chain(function, pointer, &mut operand);
+                StoreOperands {
+                    steps,
+                    texel: None,
+                    value: operand(value),
+                }
+            }
+            Statement::ImageStore {
+                image,
+                coordinate,
+                array_index,
+                value,
+            } => StoreOperands {
+                steps: chain(function, image, &mut operand),
+                texel: Some((operand(coordinate), array_index.map(&mut operand))),
+                value: operand(value),
+            },
+            ref other => unreachable!("{other:?} does not store"),
+        }
+    }
+
+    /// Builds the function of an instance, its callees first; `None` if it stays as it is.
+    fn build(&mut self, module: &mut Module, instance: InstanceId) -> Option<Handle<Function>> {
+        let of_instance = &self.instances[instance.0 as usize];
+        let mut edits = self.edits.remove(&instance).unwrap_or_default();
+        for call in &of_instance.calls {
+            if let Some(clone) = self.build(module, call.callee) {
+                edits.push((call.statement, Edit::Redirect(clone)));
+            }
+        }
+        edits.sort_by_key(|(statement, _)| *statement);
+        let of = of_instance.function;
+        if edits.is_empty() && of != FunctionRef::Entry {
+            return None;
+        }
+        let known = self.clones.iter().find(|(f, e, _)| *f == of && *e == edits);
+        if let Some((_, _, clone)) = known {
+            return Some(*clone);
+        }
+        let mut function = of.get(self.original, self.entry).clone();
+        let name = match of {
+            FunctionRef::Entry => format!("{}_inner", self.original.entry_points[self.entry].name),
+            FunctionRef::Function(_) => {
+                format!("vrcs_{}", function.name.as_deref().unwrap_or("helper"))
+            }
+        };
+        function.name = Some(name);
+        for argument in &mut function.arguments {
+            argument.binding = None;
+        }
+        self.apply(module, &mut function, &edits);
+        let clone = module.functions.append(function, Span::UNDEFINED);
+        self.clones.push((of, edits, clone));
+        Some(clone)
+    }
+
+    fn apply(&self, module: &mut Module, function: &mut Function, edits: &[(StatementId, Edit)]) {
+        let body = std::mem::take(&mut function.body);
+        function.body = rebuild(body, &mut |id, mut statement, span, block| {
+            let first = edits.partition_point(|(at, _)| *at < id);
+            let here: Vec<&Edit> = edits[first..]
+                .iter()
+                .take_while(|(at, _)| *at == id)
+                .map(|(_, edit)| edit)
+                .collect();
+            let mut copies = Vec::new();
+            for edit in here {
+                match edit {
+                    Edit::Copy { call, captures } => copies.push((call, captures)),
+                    Edit::Redirect(clone) => redirect(function, &mut statement, *clone),
+                    Edit::Keep { variable, source } => {
+                        let mut code = Code::new(&mut module.types, function, span);
+                        let value = self.value(&mut code, source);
+                        code.set_global(*variable, value);
+                        block.append(&mut code.finish());
+                    }
+                }
+            }
+            block.push(statement, span);
+            for (call, captures) in copies {
+                let mut code = Code::new(&mut module.types, function, span);
+                let mut arguments: Vec<_> = captures
+                    .iter()
+                    .map(|source| self.value(&mut code, source))
+                    .collect();
+                arguments.extend(&call.operands);
+                code.call(call.function, arguments, false);
+                block.append(&mut code.finish());
+            }
+        });
+    }
+
+    fn value(&self, code: &mut Code, source: &CaptureSource) -> Handle<Expression> {
+        match source {
+            CaptureSource::Expression(handle) => *handle,
+            CaptureSource::Local(local) => {
+                let pointer = code.add(Expression::LocalVariable(*local));
+                code.load(pointer)
+            }
+            CaptureSource::Caller { .. } => {
+                let Some((_, variable)) = self.kept.iter().find(|(known, _)| known == source)
+                else {
+                    unreachable!("what a caller keeps has a variable");
+                };
+                code.global(*variable)
+            }
+        }
+    }
+}
+
+/// Sends a call to another function.
+fn redirect(function: &mut Function, statement: &mut Statement, to: Handle<Function>) {
+    let Statement::Call {
+        function: callee,
+        result,
+        ..
+    } = statement
+    else {
+        unreachable!("only calls are redirected");
+    };
+    *callee = to;
+    if let Some(result) = *result {
+        function.expressions[result] = Expression::CallResult(to);
+    }
+}
+
+/// The statement with a number.
+fn find(function: &Function, id: StatementId) -> &Statement {
+    let mut next = 0;
+    let mut found = None;
+    crate::ir::visit::statements(&function.body, &mut |statement| {
+        if next == id.0 {
+            found = Some(statement);
+        }
+        next += 1;
+    });
+    match found {
+        Some(statement) => statement,
+        None => unreachable!("the analysis numbered this statement"),
+    }
+}
+
+/// The steps of a pointer or of a binding array, from its variable on.
+fn chain(
+    function: &Function,
+    mut pointer: Handle<Expression>,
+    operand: &mut impl FnMut(Handle<Expression>) -> Operand,
+) -> Vec<ChainStep> {
+    debug_assert!(matches!(
+        function.expressions[constant_steps(function, pointer).0],
+        Expression::GlobalVariable(_)
+    ));
+    let mut steps = Vec::new();
+    loop {
+        pointer = match function.expressions[pointer] {
+            Expression::AccessIndex { base, index } => {
+                steps.push(ChainStep::Index(index));
+                base
+            }
+            Expression::Access { base, index } => {
+                steps.push(match function.expressions[index] {
+                    Expression::Literal(naga::Literal::U32(index)) => ChainStep::Index(index),
+                    Expression::Literal(naga::Literal::I32(index)) if index >= 0 => {
+                        ChainStep::Index(index as u32)
+                    }
+                    _ => ChainStep::Computed(operand(index)),
+                });
+                base
+            }
+            _ => {
+                steps.reverse();
+                return steps;
+            }
+        };
+    }
+}

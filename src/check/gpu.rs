@@ -1,0 +1,236 @@
+//! A device for the program and the tests: chosen by name, with what checks need; and blocking reads.
+//!
+//! Only the program and the tests make devices; the runtime never does.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// A device and its queue.
+#[derive(Debug)]
+pub struct Gpu {
+    /// What the driver says of itself.
+    pub info: wgpu::AdapterInfo,
+    /// The device.
+    pub device: wgpu::Device,
+    /// The queue.
+    pub queue: wgpu::Queue,
+    errors: Arc<Mutex<Vec<String>>>,
+}
+
+/// Why there is no device.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum GpuError {
+    /// No driver at all.
+    #[error(
+        "no Vulkan driver was found: on Debian or Ubuntu, `apt-get install mesa-vulkan-drivers` brings a software one"
+    )]
+    NoDriver,
+    /// None of that name.
+    #[error("no adapter is called `{wanted}`; there are: {found}")]
+    NoSuchAdapter {
+        /// What was asked for.
+        wanted: String,
+        /// The names of those that there are.
+        found: String,
+    },
+    /// The driver did not give a device.
+    #[error("the driver of {adapter} gives no device: {why}")]
+    NoDevice {
+        /// The adapter's name.
+        adapter: String,
+        /// What the driver said.
+        why: String,
+    },
+    /// Something was done that the device does not allow.
+    #[error("the device refused: {0}")]
+    Refused(String),
+    /// The device stopped working.
+    #[error("the device was lost: {0}")]
+    Lost(String),
+}
+
+/// Features that shaders may need, and that are asked for where the driver has them.
+fn wanted_features() -> wgpu::Features {
+    use wgpu::Features as F;
+    F::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES
+        | F::TEXTURE_FORMAT_16BIT_NORM
+        | F::SHADER_F16
+        | F::FLOAT32_FILTERABLE
+        | F::BGRA8UNORM_STORAGE
+        | F::IMMEDIATES
+        | F::TEXTURE_BINDING_ARRAY
+        | F::STORAGE_RESOURCE_BINDING_ARRAY
+        | F::BUFFER_BINDING_ARRAY
+        | F::SAMPLED_TEXTURE_AND_STORAGE_BUFFER_ARRAY_NON_UNIFORM_INDEXING
+        | F::STORAGE_TEXTURE_ARRAY_NON_UNIFORM_INDEXING
+        | F::TIMESTAMP_QUERY
+        | F::TIMESTAMP_QUERY_INSIDE_ENCODERS
+        | F::SUBGROUP
+        | F::PASSTHROUGH_SHADERS
+}
+
+/// The adapters that there are.
+pub fn adapters() -> Vec<wgpu::Adapter> {
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    descriptor.backends = wgpu::Backends::from_env().unwrap_or(wgpu::Backends::PRIMARY);
+    // the validation layers would be looked for in debug builds, and complain where there are none
+    descriptor.flags = wgpu::InstanceFlags::empty().with_env();
+    let instance = wgpu::Instance::new(descriptor);
+    pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()))
+}
+
+impl Gpu {
+    /// Opens the adapter whose name contains `wanted`, whatever the case; else the one that `WGPU_ADAPTER_NAME` asks
+    /// for; else the first that is no software driver, or simply the first.
+    ///
+    /// # Errors
+    /// If there is no such adapter, or it gives no device.
+    pub fn open(wanted: Option<&str>) -> Result<Gpu, GpuError> {
+        let adapters = adapters();
+        if adapters.is_empty() {
+            return Err(GpuError::NoDriver);
+        }
+        let from_env = std::env::var("WGPU_ADAPTER_NAME").ok();
+        let wanted = wanted.map(str::to_owned).or(from_env);
+        let name_of = |adapter: &wgpu::Adapter| adapter.get_info().name;
+        let adapter = match &wanted {
+            Some(wanted) => adapters
+                .iter()
+                .find(|a| name_of(a).to_lowercase().contains(&wanted.to_lowercase()))
+                .ok_or_else(|| GpuError::NoSuchAdapter {
+                    wanted: wanted.clone(),
+                    found: adapters.iter().map(name_of).collect::<Vec<_>>().join(", "),
+                })?,
+            None => adapters
+                .iter()
+                .find(|a| a.get_info().device_type != wgpu::DeviceType::Cpu)
+                .unwrap_or(&adapters[0]),
+        };
+        Gpu::from_adapter(adapter)
+    }
+
+    fn from_adapter(adapter: &wgpu::Adapter) -> Result<Gpu, GpuError> {
+        let info = adapter.get_info();
+        let request = adapter.request_device(&wgpu::DeviceDescriptor {
+            label: Some("vrcs"),
+            required_features: adapter.features() & wanted_features(),
+            required_limits: adapter.limits(),
+            ..wgpu::DeviceDescriptor::default()
+        });
+        let (device, queue) = pollster::block_on(request).map_err(|error| GpuError::NoDevice {
+            adapter: info.name.clone(),
+            why: error.to_string(),
+        })?;
+        let errors = Arc::new(Mutex::new(Vec::new()));
+        let sink = errors.clone();
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            sink.lock()
+                .unwrap_or_else(PoisonError::into_inner)
+                .push(error.to_string());
+        }));
+        Ok(Gpu {
+            info,
+            device,
+            queue,
+            errors,
+        })
+    }
+
+    /// Whether the adapter is a software driver.
+    pub fn is_software(&self) -> bool {
+        self.info.device_type == wgpu::DeviceType::Cpu
+    }
+
+    /// The errors since the last call.
+    ///
+    /// # Errors
+    /// The first of them.
+    pub fn check(&self) -> Result<(), GpuError> {
+        let mut errors = self.errors.lock().unwrap_or_else(PoisonError::into_inner);
+        match errors.drain(..).next() {
+            Some(error) => Err(GpuError::Refused(error)),
+            None => Ok(()),
+        }
+    }
+
+    /// Makes a buffer that holds `bytes`, padded to a multiple of four.
+    pub fn buffer(&self, label: &str, bytes: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
+        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(label),
+            size: (bytes.len() as u64).next_multiple_of(4).max(4),
+            usage: usage | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
+            mapped_at_creation: false,
+        });
+        self.write(&buffer, bytes);
+        buffer
+    }
+
+    /// Writes the start of a buffer.
+    pub fn write(&self, buffer: &wgpu::Buffer, bytes: &[u8]) {
+        let whole = bytes.len() & !3;
+        self.queue.write_buffer(buffer, 0, &bytes[..whole]);
+        if whole < bytes.len() {
+            let mut last = [0; 4];
+            last[..bytes.len() - whole].copy_from_slice(&bytes[whole..]);
+            self.queue.write_buffer(buffer, whole as u64, &last);
+        }
+    }
+
+    /// Submits commands and reads buffers back, whole.
+    ///
+    /// # Errors
+    /// If the device refused anything, or was lost.
+    pub fn submit_and_read(
+        &self,
+        mut encoder: wgpu::CommandEncoder,
+        buffers: &[&wgpu::Buffer],
+    ) -> Result<Vec<Vec<u8>>, GpuError> {
+        let staging: Vec<wgpu::Buffer> = buffers
+            .iter()
+            .map(|buffer| {
+                let staging = self.device.create_buffer(&wgpu::BufferDescriptor {
+                    label: Some("vrcs read-back"),
+                    size: buffer.size(),
+                    usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+                    mapped_at_creation: false,
+                });
+                encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, buffer.size());
+                staging
+            })
+            .collect();
+        self.queue.submit([encoder.finish()]);
+        self.check()?;
+        for buffer in &staging {
+            buffer.map_async(wgpu::MapMode::Read, .., |_| {});
+        }
+        self.wait()?;
+        let mut read = Vec::with_capacity(staging.len());
+        for buffer in &staging {
+            let range = buffer
+                .get_mapped_range(..)
+                .map_err(|error| GpuError::Lost(error.to_string()))?;
+            read.push(range.to_vec());
+        }
+        self.check()?;
+        Ok(read)
+    }
+
+    /// Waits until all that was submitted is done.
+    ///
+    /// # Errors
+    /// If the device was lost.
+    pub fn wait(&self) -> Result<(), GpuError> {
+        self.device
+            .poll(wgpu::PollType::wait_indefinitely())
+            .map(|_| ())
+            .map_err(|error| GpuError::Lost(error.to_string()))
+    }
+
+    /// An encoder.
+    pub fn encoder(&self) -> wgpu::CommandEncoder {
+        self.device
+            .create_command_encoder(&wgpu::CommandEncoderDescriptor {
+                label: Some("vrcs"),
+            })
+    }
+}

@@ -1,0 +1,348 @@
+//! What a rewritten shader should have written, from what the original was seen to do.
+//!
+//! The original's [log](vrcs_passes::instrument) tells, for each invocation, the sites that it stored at and the places, in
+//! order. From the logs of several runs with other data comes an [`AddressBook`]: for the n-th store of an invocation at a
+//! site, the place that it goes to. Where an invocation was never seen to make a store that its primary makes, its
+//! place is taken from the book's pattern, if all that were seen lie in one (place = a + b·x + c·y + d·z, exactly).
+//!
+//! Nothing here comes from the rewriter: not its slices, not its tangents, not its idea of the domain.
+
+use std::collections::HashMap;
+
+use vrcs_passes::instrument::{LogSize, OUTSIDE, Site};
+
+/// A store in a log.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stored {
+    /// The site's number.
+    pub site: u32,
+    /// How many stores at that site the invocation had made before.
+    pub occurrence: u32,
+    /// The place, or [`OUTSIDE`].
+    pub place: u32,
+}
+
+/// What one run of the original stored.
+#[derive(Clone, Debug)]
+pub struct Log {
+    size: LogSize,
+    stores: Vec<Vec<Stored>>,
+    /// The most stores of one invocation, logged or not.
+    pub most: u32,
+}
+
+impl Log {
+    /// Reads the words of a log.
+    pub fn new(words: &[u32], size: LogSize) -> Log {
+        let stride = 1 + 2 * size.slots as usize;
+        let mut most = 0;
+        let stores = words
+            .chunks_exact(stride)
+            .map(|words| {
+                most = most.max(words[0]);
+                let logged = words[0].min(size.slots) as usize;
+                let mut stores: Vec<Stored> = Vec::with_capacity(logged);
+                for pair in words[1..1 + 2 * logged].chunks_exact(2) {
+                    let occurrence = stores
+                        .iter()
+                        .filter(|stored| stored.site == pair[0])
+                        .count() as u32;
+                    stores.push(Stored {
+                        site: pair[0],
+                        occurrence,
+                        place: pair[1],
+                    });
+                }
+                stores
+            })
+            .collect();
+        Log { size, stores, most }
+    }
+
+    /// The stores of an invocation, in order.
+    pub fn of(&self, invocation: usize) -> &[Stored] {
+        &self.stores[invocation]
+    }
+
+    /// The number of invocations.
+    pub fn invocations(&self) -> usize {
+        self.stores.len()
+    }
+
+    /// The grid.
+    pub fn grid(&self) -> [u32; 3] {
+        self.size.grid
+    }
+
+    /// Stores outside their resources.
+    pub fn outside(&self) -> usize {
+        self.stores
+            .iter()
+            .flatten()
+            .filter(|stored| stored.place == OUTSIDE)
+            .count()
+    }
+
+    /// The first place that two invocations store to, if there is one.
+    pub fn race(&self, sites: &[Site]) -> Option<Race> {
+        let mut owners: HashMap<(usize, u32), usize> = HashMap::new();
+        for (invocation, stores) in self.stores.iter().enumerate() {
+            for stored in stores.iter().filter(|stored| stored.place != OUTSIDE) {
+                let site = &sites[stored.site as usize];
+                for unit in units(site, stored.place) {
+                    let owner = *owners
+                        .entry((site.global.index(), unit))
+                        .or_insert(invocation);
+                    if owner != invocation {
+                        return Some(Race {
+                            site: stored.site,
+                            invocations: [owner, invocation],
+                        });
+                    }
+                }
+            }
+        }
+        None
+    }
+}
+
+/// Two invocations that store to one place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Race {
+    /// The second one's site.
+    pub site: u32,
+    /// The invocations.
+    pub invocations: [usize; 2],
+}
+
+/// The units of a place: one for a texel, one for each two bytes of a buffer.
+pub fn units(site: &Site, place: u32) -> std::ops::Range<u32> {
+    match site.size {
+        1 => place..place + 1,
+        size => place / 2..(place + size) / 2,
+    }
+}
+
+/// Where each invocation's n-th store at each site goes.
+#[derive(Clone, Debug, Default)]
+pub struct AddressBook {
+    pages: HashMap<(u32, u32), Page>,
+    grid: [u32; 3],
+}
+
+#[derive(Clone, Debug)]
+struct Page {
+    /// For each invocation, the place if it was seen.
+    seen: Vec<Option<u32>>,
+    pattern: Option<PlacePattern>,
+    /// Whether an invocation stored at different places in different runs: its address depends on data.
+    moves: bool,
+}
+
+impl AddressBook {
+    /// Compiles the book from the logs of several runs. `textures` gives the size of the texture that a site stores to;
+    /// `None` for a buffer.
+    pub fn new(logs: &[Log], textures: &[Option<[u32; 3]>]) -> AddressBook {
+        let mut book = AddressBook {
+            pages: HashMap::new(),
+            grid: logs.first().map_or([0; 3], Log::grid),
+        };
+        let invocations = logs.first().map_or(0, Log::invocations);
+        for log in logs {
+            for (invocation, stores) in log.stores.iter().enumerate() {
+                for stored in stores {
+                    let page = book
+                        .pages
+                        .entry((stored.site, stored.occurrence))
+                        .or_insert_with(|| Page {
+                            seen: vec![None; invocations],
+                            pattern: None,
+                            moves: false,
+                        });
+                    let slot = &mut page.seen[invocation];
+                    page.moves |= slot.is_some_and(|place| place != stored.place);
+                    *slot = Some(stored.place);
+                }
+            }
+        }
+        let grid = book.grid;
+        for (&(site, _), page) in &mut book.pages {
+            page.pattern = PlacePattern::fit(&page.seen, grid, textures[site as usize]);
+        }
+        book
+    }
+
+    /// The place of an invocation's store; `None` if it is not known.
+    ///
+    /// `own` are the invocation's own stores in the run at hand, which say it best.
+    pub fn place(&self, own: &[Stored], store: Stored, invocation: usize) -> Option<u32> {
+        let same = |s: &&Stored| (s.site, s.occurrence) == (store.site, store.occurrence);
+        if let Some(seen) = own.iter().find(same) {
+            return Some(seen.place);
+        }
+        let page = self.pages.get(&(store.site, store.occurrence))?;
+        if page.moves {
+            return None;
+        }
+        let pattern = page.pattern.as_ref();
+        page.seen[invocation].or_else(|| pattern?.at(position(invocation, self.grid)))
+    }
+}
+
+/// The position of an invocation in a grid.
+pub fn position(invocation: usize, grid: [u32; 3]) -> [u32; 3] {
+    let invocation = invocation as u32;
+    [
+        invocation % grid[0],
+        invocation / grid[0] % grid[1],
+        invocation / grid[0] / grid[1],
+    ]
+}
+
+/// The pattern of a place: of each coordinate of a texel, or of a byte offset.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum PlacePattern {
+    Texel([Pattern; 3], [u32; 3]),
+    Offset(Pattern),
+}
+
+impl PlacePattern {
+    fn fit(
+        seen: &[Option<u32>],
+        grid: [u32; 3],
+        texture: Option<[u32; 3]>,
+    ) -> Option<PlacePattern> {
+        let inside = |place: &u32| *place != OUTSIDE;
+        match texture {
+            None => {
+                let seen: Vec<_> = seen.iter().map(|place| place.filter(inside)).collect();
+                Some(PlacePattern::Offset(Pattern::fit(&seen, grid)?))
+            }
+            Some(size) => {
+                let axis = |axis: usize| {
+                    let seen: Vec<_> = seen
+                        .iter()
+                        .map(|place| {
+                            place
+                                .filter(inside)
+                                .map(|p| position(p as usize, size)[axis])
+                        })
+                        .collect();
+                    Pattern::fit(&seen, grid)
+                };
+                Some(PlacePattern::Texel([axis(0)?, axis(1)?, axis(2)?], size))
+            }
+        }
+    }
+
+    fn at(&self, at: [u32; 3]) -> Option<u32> {
+        match self {
+            PlacePattern::Offset(pattern) => Some(pattern.at(at)),
+            PlacePattern::Texel(patterns, size) => {
+                let [x, y, z] = [0, 1, 2].map(|axis| patterns[axis].at(at));
+                let inside = x < size[0] && y < size[1] && z < size[2];
+                Some(match inside {
+                    true => (z * size[1] + y) * size[0] + x,
+                    false => OUTSIDE,
+                })
+            }
+        }
+    }
+}
+
+/// value = base + x·slopes[0] + y·slopes[1] + z·slopes[2], wrapping.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Pattern {
+    base: u32,
+    slopes: [u32; 3],
+}
+
+impl Pattern {
+    fn at(&self, position: [u32; 3]) -> u32 {
+        (0..3).fold(self.base, |value, axis| {
+            value.wrapping_add(position[axis].wrapping_mul(self.slopes[axis]))
+        })
+    }
+
+    /// The pattern that all known values lie in; `None` if they do not, or are too few to tell.
+    fn fit(seen: &[Option<u32>], grid: [u32; 3]) -> Option<Pattern> {
+        let known = |position: [u32; 3]| {
+            let index = (position[2] * grid[1] + position[1]) * grid[0] + position[0];
+            seen.get(index as usize).copied().flatten()
+        };
+        let mut slopes = [0; 3];
+        for (axis, slope) in slopes.iter_mut().enumerate() {
+            if grid[axis] < 2 {
+                continue;
+            }
+            *slope = (0..seen.len()).find_map(|index| {
+                let here = position(index, grid);
+                let mut next = here;
+                next[axis] += 1;
+                (next[axis] < grid[axis])
+                    .then(|| Some(known(next)?.wrapping_sub(known(here)?)))
+                    .flatten()
+            })?;
+        }
+        let first = seen.iter().position(Option::is_some)?;
+        let origin = Pattern { base: 0, slopes }.at(position(first, grid));
+        let pattern = Pattern {
+            base: seen[first]?.wrapping_sub(origin),
+            slopes,
+        };
+        let fits = seen.iter().enumerate().all(|(index, value)| {
+            value.is_none_or(|value| value == pattern.at(position(index, grid)))
+        });
+        fits.then_some(pattern)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pattern_is_found_from_what_was_seen_and_holds_for_the_rest() {
+        let grid = [4, 3, 1];
+        let seen: Vec<Option<u32>> = (0..12)
+            .map(|i| {
+                let [x, y, _] = position(i, grid);
+                (x != 3).then_some(7 + 2 * x + 100 * y)
+            })
+            .collect();
+        let pattern = Pattern::fit(&seen, grid).expect("a pattern");
+        assert_eq!(pattern.at([3, 2, 0]), 7 + 6 + 200);
+    }
+
+    #[test]
+    fn places_that_lie_in_no_pattern_give_none() {
+        let grid = [4, 2, 1];
+        let seen: Vec<Option<u32>> = [0, 1, 2, 9, 4, 5, 6, 7].map(Some).to_vec();
+        assert_eq!(Pattern::fit(&seen, grid), None);
+    }
+
+    #[test]
+    fn two_invocations_at_one_place_are_a_race() {
+        let size = LogSize {
+            grid: [2, 1, 1],
+            slots: 1,
+        };
+        let module = naga::front::wgsl::parse_str(
+            "@group(0) @binding(0) var<storage, read_write> b: array<u32>;",
+        )
+        .expect("WGSL");
+        let (global, _) = module.global_variables.iter().next().expect("a variable");
+        let sites = [Site {
+            global,
+            size: 4,
+            span: naga::Span::UNDEFINED,
+        }];
+        let apart = Log::new(&[1, 0, 0, 1, 0, 4], size);
+        assert_eq!(apart.race(&sites), None);
+        let together = Log::new(&[1, 0, 4, 1, 0, 4], size);
+        assert_eq!(
+            together.race(&sites).map(|race| race.invocations),
+            Some([0, 1])
+        );
+    }
+}

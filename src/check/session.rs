@@ -1,0 +1,422 @@
+//! A check from beginning to end.
+
+use std::collections::BTreeMap;
+
+use fastrand::Rng;
+use naga::{
+    Handle, Module, ShaderStage,
+    valid::{Capabilities, ModuleInfo, ValidationFlags, Validator},
+};
+use vrcs_passes::{Refusal, Rewritten, Source, instrument::Shape, options::FullTiles};
+
+use super::{
+    Failure, Job, Law, Report, Verdict,
+    builds::Builds,
+    compare::{Expected, Group, groups},
+    gpu::Gpu,
+    inputs::{InputError, Made, MadeKind},
+    learn::Set,
+    rates::Pattern,
+    run::{Outputs, RunError},
+    verdict::Seen,
+};
+use crate::{
+    build::cpu::{self, Coordinates},
+    sri::Sri,
+};
+
+/// Why a check could not start.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CheckError {
+    /// The shader cannot be rewritten.
+    #[error(transparent)]
+    Refused(#[from] Refusal),
+    /// What the user said of the inputs cannot be.
+    #[error(transparent)]
+    Input(#[from] InputError),
+    /// The shader has no such compute entry point.
+    #[error("no compute entry point is called `{0}`")]
+    UnknownEntry(String),
+    /// The picture is too small or too large.
+    #[error("a picture of {0}x{1} cannot be checked: each side has to be 1 to 2048")]
+    Size(u32, u32),
+}
+
+/// Cases that share one set of inputs.
+const CASES_PER_SET: u32 = 16;
+
+/// Checks an entry point. `progress` is told the number of each case when it is done.
+///
+/// # Errors
+/// If there is nothing to check: the shader is refused, or the job makes no sense. What the check finds, failures included,
+/// is in the report.
+pub fn check(
+    gpu: &Gpu,
+    source: &Source,
+    module: &Module,
+    info: &ModuleInfo,
+    job: &Job,
+    progress: &mut dyn FnMut(u32),
+) -> Result<Report, CheckError> {
+    let [width, height] = job.size;
+    if !(1..=2048).contains(&width) || !(1..=2048).contains(&height) {
+        return Err(CheckError::Size(width, height));
+    }
+    let entry = module
+        .entry_points
+        .iter()
+        .position(|e| e.stage == ShaderStage::Compute && e.name == job.entry)
+        .ok_or_else(|| CheckError::UnknownEntry(job.entry.clone()))?;
+    let rewritten = vrcs_passes::rewrite(module, info, job.entry.as_str(), &job.options)?;
+    let mut session = Session {
+        gpu,
+        source,
+        module,
+        info,
+        entry,
+        rewritten: &rewritten,
+        job,
+        constants: super::inputs::constants(module, &job.settings),
+        report: Report {
+            entry: job.entry.clone(),
+            adapter: gpu.info.name.clone(),
+            verdict: Verdict::Passed,
+            why: None,
+            held: BTreeMap::new(),
+            failure: None,
+            notes: Vec::new(),
+            targets: rewritten.manifest.entries[0]
+                .targets
+                .iter()
+                .map(|target| target.name.clone())
+                .collect(),
+        },
+        seen: Seen::default(),
+    };
+    match session.run(progress) {
+        Ok(()) => {}
+        Err(Stop::Run(error)) => session.conclude(Verdict::NotRunnable, error.to_string()),
+        Err(Stop::Input(error @ InputError::Unsupported { .. })) => {
+            session.conclude(Verdict::NotRunnable, error.to_string());
+        }
+        Err(Stop::Input(error)) => return Err(error.into()),
+        Err(Stop::Verdict(verdict, why)) => session.conclude(verdict, why),
+        Err(Stop::Failed(failure)) => {
+            session.report.failure = Some(*failure);
+            session.conclude(Verdict::Failed, String::new());
+        }
+    }
+    Ok(session.report)
+}
+
+/// Why a check ends early.
+pub(super) enum Stop {
+    Run(RunError),
+    Input(InputError),
+    Verdict(Verdict, String),
+    Failed(Box<Failure>),
+}
+
+impl<E: Into<RunError>> From<E> for Stop {
+    fn from(error: E) -> Stop {
+        Stop::Run(error.into())
+    }
+}
+
+pub(super) fn inconclusive(why: impl Into<String>) -> Stop {
+    Stop::Verdict(Verdict::Inconclusive, why.into())
+}
+
+pub(super) struct Session<'s> {
+    pub(super) gpu: &'s Gpu,
+    pub(super) source: &'s Source,
+    pub(super) module: &'s Module,
+    pub(super) info: &'s ModuleInfo,
+    pub(super) entry: usize,
+    pub(super) rewritten: &'s Rewritten,
+    pub(super) job: &'s Job,
+    pub(super) constants: Vec<(String, f64)>,
+    pub(super) report: Report,
+    pub(super) seen: Seen,
+}
+
+/// One shading-rate image and what belongs to it.
+pub(super) struct Case {
+    pub(super) number: u32,
+    pub(super) pattern: Pattern,
+    pub(super) enabled: bool,
+    pub(super) extent: [u32; 2],
+    pub(super) sri: Sri,
+    pub(super) coordinates: Coordinates,
+    pub(super) groups: Vec<Group>,
+}
+
+impl Session<'_> {
+    fn conclude(&mut self, verdict: Verdict, why: String) {
+        self.report.verdict = verdict;
+        self.report.why = (!why.is_empty()).then_some(why);
+    }
+
+    fn hold(&mut self, law: Law) {
+        *self.report.held.entry(law).or_default() += 1;
+    }
+
+    fn run(&mut self, progress: &mut dyn FnMut(u32)) -> Result<(), Stop> {
+        let keyed: Vec<(&str, f64)> = self
+            .constants
+            .iter()
+            .map(|(name, value)| (name.as_str(), *value))
+            .collect();
+        let group_size =
+            crate::dispatch::group_size(self.module, self.info, &self.job.entry, &keyed)
+                .map_err(|error| Stop::Verdict(Verdict::NotRunnable, error.to_string()))?;
+        let sets = self.job.cases.div_ceil(CASES_PER_SET).max(1);
+        let mut builds = None;
+        let mut strict = [0, 0];
+        for number in 0..sets {
+            let mut set = self.learn(number, group_size)?;
+            if builds.is_none() {
+                builds = Some(self.build(&set)?);
+            }
+            let Some(builds) = &builds else {
+                unreachable!("just built");
+            };
+            let first = number * CASES_PER_SET;
+            for case in first..(first + CASES_PER_SET).min(self.job.cases) {
+                let (all, sure) = self.try_case(builds, &mut set, case)?;
+                strict[0] += all;
+                strict[1] += sure;
+                progress(case);
+            }
+        }
+        if strict[0] > strict[1] {
+            self.report.notes.push(format!(
+                "{:.1} % of the places are written only for some data, and were allowed to stay as they were",
+                100.0 * (strict[0] - strict[1]) as f64 / strict[0] as f64
+            ));
+        }
+        self.check_seen()
+    }
+
+    /// The shading rates, extent and rule of a case.
+    fn case(&self, set: &Set, number: u32) -> Case {
+        let mut rng = Rng::with_seed(self.job.seed ^ u64::from(number).wrapping_mul(0x51_7cc1));
+        let grid = set.original.log.grid();
+        let uniform = crate::Rate::ALL
+            .iter()
+            .filter(|rate| rate.is_within(self.job.largest()))
+            .count() as u32;
+        let in_set = number % CASES_PER_SET;
+        // each set starts with every uniform rate at the whole extent, then one with shading rates switched off
+        let pattern = match in_set {
+            n if n <= uniform => Pattern::of_case(n.min(uniform - 1), self.job.largest()),
+            _ => Pattern::of_case(number + uniform, self.job.largest()),
+        };
+        let extent = match rng.u8(0..4) {
+            0 if in_set > uniform => [rng.u32(1..=grid[0]), rng.u32(1..=grid[1])],
+            _ => [grid[0], grid[1]],
+        };
+        let full_tiles = match in_set <= uniform || rng.bool() {
+            true => self.job.options.full_tiles,
+            false => FullTiles::Keep,
+        };
+        let sri = pattern.image(extent[0], extent[1], &mut rng);
+        let coordinates = cpu::build(&sri, extent, &self.build_options(full_tiles));
+        Case {
+            number,
+            pattern,
+            enabled: in_set != uniform,
+            extent,
+            groups: groups(&coordinates),
+            coordinates,
+            sri,
+        }
+    }
+
+    /// Tries a case; the places that were due, and how many of them for sure.
+    fn try_case(
+        &mut self,
+        builds: &Builds,
+        set: &mut Set,
+        number: u32,
+    ) -> Result<(usize, usize), Stop> {
+        let mut case = self.case(set, number);
+        if !case.enabled {
+            let [width, height] = case.extent;
+            case.groups = (0..width * height)
+                .map(|i| {
+                    let pixel = [i % width, i / width];
+                    Group {
+                        primary: pixel,
+                        members: vec![pixel],
+                    }
+                })
+                .collect();
+        }
+        self.check_builder(builds, &case)?;
+        let expected = set.original.expected(&case.groups);
+        let (outputs, counts) = self.run_case(builds, set, &case)?;
+
+        let is_full = case.extent == [0, 1].map(|axis| set.original.log.grid()[axis]);
+        let law = match (case.pattern, case.enabled) {
+            (_, false) => Law::Off,
+            (Pattern::Uniform(crate::Rate::R1X1), _) => Law::Identity,
+            (Pattern::Uniform(_), _) => Law::Replication,
+            _ => Law::Contract,
+        };
+        if let Some(difference) = set.original.compare(&expected, &outputs) {
+            return Err(self.failed(set, &case, law, &difference, &outputs));
+        }
+        self.hold(law);
+        let of_output: Vec<&[u32]> = builds
+            .counts
+            .iter()
+            .map(|&(base, units)| &counts[base as usize..(base + units) as usize])
+            .collect();
+        if let Some(difference) = set.original.compare_counts(&expected, &of_output) {
+            return Err(self.failed(set, &case, Law::Partition, &difference, &outputs));
+        }
+        self.hold(Law::Partition);
+        self.check_locality(set, &case, &expected, &outputs)?;
+        if matches!(case.pattern, Pattern::Uniform(_)) && case.enabled && is_full {
+            set.uniform
+                .push((case.coordinates.map(), case.extent, outputs));
+        }
+        Ok(set.original.strictness(&expected))
+    }
+
+    fn check_builder(&mut self, builds: &Builds, case: &Case) -> Result<(), Stop> {
+        let Some(builder) = builds
+            .builders
+            .iter()
+            .find(|builder| builder.options().full_tiles == case.coordinates.options.full_tiles)
+        else {
+            return Ok(());
+        };
+        let words = vec![0; case.coordinates.words.len() * 4];
+        let coords = self
+            .gpu
+            .buffer("coordinates", &words, wgpu::BufferUsages::STORAGE);
+        let image = self
+            .gpu
+            .buffer("rates", case.sri.bytes(), wgpu::BufferUsages::STORAGE);
+        let bound = builder.bind(&self.gpu.device, &image, &coords);
+        builder.set_extent(&self.gpu.queue, &bound, case.extent);
+        let mut encoder = self.gpu.encoder();
+        {
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            builder.record(&mut pass, &bound, case.extent);
+        }
+        let read = self
+            .gpu
+            .submit_and_read(encoder, &[&coords])
+            .map_err(RunError::from)?;
+        let got = to_words(&read[0]);
+        let wanted = &case.coordinates.words;
+        if let Some(at) = wanted.iter().zip(&got).position(|(a, b)| a != b) {
+            return Err(Stop::Failed(Box::new(Failure {
+                law: Law::Builder,
+                case: case.number,
+                pattern: format!("{:?}", case.pattern),
+                extent: case.extent,
+                target: "coordinate buffer".to_owned(),
+                place: format!("word {at}"),
+                pixel: None,
+                tile: None,
+                primary: None,
+                expected: format!("{:#010x}", wanted[at]),
+                got: format!("{:#010x}", got[at]),
+                picture: Vec::new(),
+            })));
+        }
+        self.hold(Law::Builder);
+        Ok(())
+    }
+
+    /// Holds a mixed case against the uniform ones: a group that is the same in both is written the same.
+    fn check_locality(
+        &mut self,
+        set: &Set,
+        case: &Case,
+        expected: &[Expected],
+        outputs: &Outputs,
+    ) -> Result<(), Stop> {
+        if matches!(case.pattern, Pattern::Uniform(_)) || set.uniform.is_empty() {
+            return Ok(());
+        }
+        let map = case.coordinates.map();
+        let width = case.extent[0];
+        for (uniform_map, extent, uniform) in &set.uniform {
+            let difference = set.original.compare_where(
+                expected,
+                outputs,
+                uniform,
+                &|pixel: [u32; 3], primary: [u32; 3]| {
+                    let here = map[(pixel[1] * width + pixel[0]) as usize];
+                    let there = uniform_map[(pixel[1] * extent[0] + pixel[0]) as usize];
+                    [here % width, here / width] == [there % extent[0], there / extent[0]]
+                        && [primary[0], primary[1]] == [here % width, here / width]
+                },
+            );
+            if let Some(difference) = difference {
+                return Err(self.failed(set, case, Law::Locality, &difference, outputs));
+            }
+        }
+        self.hold(Law::Locality);
+        Ok(())
+    }
+}
+
+pub(super) fn shape_of(made: &[Made], global: Handle<naga::GlobalVariable>) -> Option<Shape> {
+    let made = made.iter().find(|made| made.resource.global == global)?;
+    match &made.kind {
+        MadeKind::Buffer { initial, .. } => Some(Shape::Buffer(initial.len() as u32)),
+        MadeKind::Texture { texture, .. } => {
+            let size = texture.size();
+            Some(Shape::Texture([
+                size.width,
+                size.height,
+                size.depth_or_array_layers,
+            ]))
+        }
+        MadeKind::Sampler(_) => None,
+    }
+}
+
+pub(super) fn initial_bytes(made: &Made) -> Vec<u8> {
+    match &made.kind {
+        MadeKind::Buffer { initial, .. } => {
+            let mut bytes = initial.clone();
+            bytes.resize(bytes.len().next_multiple_of(4).max(4), 0);
+            bytes
+        }
+        MadeKind::Texture { initial, .. } => initial.clone(),
+        MadeKind::Sampler(_) => Vec::new(),
+    }
+}
+
+/// Bytes of a texel; `None` for a buffer.
+pub(super) fn texel_bytes(made: &Made) -> Option<usize> {
+    match &made.kind {
+        MadeKind::Texture { texture, .. } => {
+            Some(texture.format().block_copy_size(None).unwrap_or(4) as usize)
+        }
+        _ => None,
+    }
+}
+
+pub(super) fn to_words(bytes: &[u8]) -> Vec<u32> {
+    bytes
+        .chunks_exact(4)
+        .map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]))
+        .collect()
+}
+
+/// What naga knows of a module that this crate made.
+pub(super) fn validated(module: &Module) -> ModuleInfo {
+    match Validator::new(ValidationFlags::all(), Capabilities::all()).validate(module) {
+        Ok(info) => info,
+        Err(error) => unreachable!("an instrumented module: {:?}", error.into_inner()),
+    }
+}

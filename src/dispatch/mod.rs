@@ -1,0 +1,275 @@
+//! The dispatch stage: a rewritten shader as a compute pipeline, recorded into the caller's compute pass.
+
+pub mod reflect;
+
+use std::{collections::HashMap, sync::Arc};
+
+use naga::{
+    ShaderStage,
+    back::pipeline_constants::process_overrides,
+    valid::{Capabilities, ModuleInfo, ValidationFlags, Validator},
+};
+use vrcs_passes::{Color, Finding, Options, Refusal, Source, manifest};
+
+use crate::view::View;
+use reflect::Unbindable;
+
+/// How a [`Pass`] is made.
+#[derive(Clone, Debug, Default)]
+pub struct PassOptions<'p> {
+    /// A name for captures and messages.
+    pub label: Option<&'p str>,
+    /// The entry point; the only compute entry point if there is just one.
+    pub entry: Option<&'p str>,
+    /// How the shader is rewritten.
+    pub rewrite: Options,
+    /// The layouts of the shader's own bind groups. If there are none, they are read off the shader; see
+    /// [`Pass::bind_group_layout`].
+    pub layouts: &'p [Option<&'p wgpu::BindGroupLayout>],
+    /// Values of the shader's `override` constants.
+    pub constants: &'p [(&'p str, f64)],
+    /// The bytes of immediates that the shader uses.
+    pub immediate_size: u32,
+}
+
+/// Why a [`Pass`] could not be made.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PassError {
+    /// The shader is not valid WGSL. The text points into it.
+    #[error("{0}")]
+    Invalid(String),
+    /// The shader cannot be made variable-rate. The text points into it.
+    #[error("{rendered}")]
+    Refused {
+        /// The reasons.
+        refusal: Refusal,
+        /// The reasons, with the lines that they are about.
+        rendered: String,
+    },
+    /// A constant has no such name, or its value does not fit.
+    #[error("the shader's overrides: {0}")]
+    Constants(String),
+    /// wgpu cannot bind one of the shader's resources.
+    #[error(transparent)]
+    Unbindable(#[from] Unbindable),
+    /// The given layouts use the bind group that the rewritten shader needs for itself.
+    #[error(
+        "bind group {group} is used for the coordinate buffer, but the layouts define it: leave it `None`"
+    )]
+    GroupTaken {
+        /// The group.
+        group: u32,
+    },
+    /// The device has too few bind groups.
+    #[error(
+        "the shader needs bind group {group}, and the device has {groups}: request a higher `max_bind_groups`"
+    )]
+    TooManyGroups {
+        /// The group.
+        group: u32,
+        /// What the device has.
+        groups: u32,
+    },
+}
+
+/// A rewritten shader, ready to be dispatched over [views](View).
+#[derive(Debug)]
+pub struct Pass {
+    pipeline: wgpu::ComputePipeline,
+    group: u32,
+    layouts: Vec<Option<wgpu::BindGroupLayout>>,
+    manifest: manifest::Entry,
+    original_group_size: [u32; 3],
+    warnings: Vec<Finding>,
+    module: Arc<naga::Module>,
+}
+
+impl Pass {
+    /// Rewrites a WGSL shader and makes its pipeline.
+    ///
+    /// # Errors
+    /// See [`PassError`].
+    pub fn new(
+        device: &wgpu::Device,
+        source: &Source,
+        options: &PassOptions,
+    ) -> Result<Pass, PassError> {
+        let text = source.text();
+        let module = naga::front::wgsl::parse_str(text)
+            .map_err(|error| PassError::Invalid(error.emit_to_string(text)))?;
+        let info = Validator::new(ValidationFlags::all(), Capabilities::all())
+            .validate(&module)
+            .map_err(|error| PassError::Invalid(error.emit_to_string(text)))?;
+        Pass::from_module(device, &module, &info, source, options)
+    }
+
+    /// Rewrites a naga module and makes its pipeline. `source` is the text that the module's spans point into; it
+    /// may be empty.
+    ///
+    /// # Errors
+    /// See [`PassError`].
+    pub fn from_module(
+        device: &wgpu::Device,
+        module: &naga::Module,
+        info: &ModuleInfo,
+        source: &Source,
+        options: &PassOptions,
+    ) -> Result<Pass, PassError> {
+        let refused = |refusal: Refusal| PassError::Refused {
+            rendered: refusal.render(source, Color::Never),
+            refusal,
+        };
+        let rewrite_options = Options {
+            max_bind_groups: options
+                .rewrite
+                .max_bind_groups
+                .min(device.limits().max_bind_groups),
+            ..options.rewrite.clone()
+        };
+        let entry = match options.entry {
+            Some(name) => vrcs_passes::Entries::Named(name),
+            None => vrcs_passes::Entries::PerPixel,
+        };
+        let rewritten =
+            vrcs_passes::rewrite(module, info, entry, &rewrite_options).map_err(refused)?;
+        let Some(manifest) = rewritten.manifest.entries.first().cloned() else {
+            unreachable!("a rewrite without a refusal has an entry");
+        };
+        let index = entry_index(&rewritten.module, &manifest.name);
+        let original_group_size = group_size(module, info, &manifest.name, options.constants)?;
+        let group = manifest.bindings[0].group;
+
+        let layouts = match options.layouts {
+            [] => {
+                let resources = reflect::resources(&rewritten.module, &rewritten.info, index)?;
+                reflect::group_layouts(device, &resources, &manifest.name)
+            }
+            given => given.iter().map(|layout| layout.cloned()).collect(),
+        };
+        let pipeline_layout = pipeline_layout(device, &layouts, group, options)?;
+        let shader = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: options.label,
+            source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(rewritten.module.clone())),
+        });
+        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: options.label,
+            layout: Some(&pipeline_layout),
+            module: &shader,
+            entry_point: Some(&manifest.name),
+            compilation_options: wgpu::PipelineCompilationOptions {
+                constants: options.constants,
+                ..wgpu::PipelineCompilationOptions::default()
+            },
+            cache: None,
+        });
+        Ok(Pass {
+            pipeline,
+            group,
+            layouts,
+            manifest,
+            original_group_size,
+            warnings: rewritten.warnings.into_iter().map(|(_, w)| w).collect(),
+            module: Arc::new(rewritten.module),
+        })
+    }
+
+    /// What is known of the rewritten entry point.
+    pub fn manifest(&self) -> &manifest::Entry {
+        &self.manifest
+    }
+
+    /// What the rewriter warns of.
+    pub fn warnings(&self) -> &[Finding] {
+        &self.warnings
+    }
+
+    /// The rewritten module.
+    pub fn module(&self) -> &naga::Module {
+        &self.module
+    }
+
+    /// The workgroup size that the shader was written for.
+    pub fn original_group_size(&self) -> [u32; 3] {
+        self.original_group_size
+    }
+
+    /// The layout of one of the shader's own bind groups; `None` if it uses no such group.
+    pub fn bind_group_layout(&self, group: u32) -> Option<&wgpu::BindGroupLayout> {
+        match group == self.group {
+            true => None,
+            false => self.layouts.get(group as usize)?.as_ref(),
+        }
+    }
+
+    /// Records a dispatch over a view's extent. Sets the pipeline and this crate's own bind group; the caller has set
+    /// theirs, with dynamic offsets and immediates as they need.
+    pub fn dispatch(&self, pass: &mut wgpu::ComputePass, view: &View) {
+        let group = view.bind_group(self.original_group_size);
+        let [x, y, z] = self.manifest.dispatch.groups(view.extent());
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(self.group, &group, &[]);
+        pass.dispatch_workgroups(x, y, z);
+    }
+}
+
+fn entry_index(module: &naga::Module, name: &str) -> usize {
+    let found = module
+        .entry_points
+        .iter()
+        .position(|entry| entry.name == name && entry.stage == ShaderStage::Compute);
+    match found {
+        Some(index) => index,
+        None => unreachable!("the rewriter keeps the names of entry points"),
+    }
+}
+
+/// The workgroup size of an entry point, its overrides resolved.
+pub(crate) fn group_size(
+    module: &naga::Module,
+    info: &ModuleInfo,
+    entry: &str,
+    constants: &[(&str, f64)],
+) -> Result<[u32; 3], PassError> {
+    let constants: HashMap<String, f64> = constants
+        .iter()
+        .map(|&(name, value)| (name.to_owned(), value))
+        .collect();
+    let constants = constants.into_iter().collect();
+    let (resolved, _) = process_overrides(
+        module,
+        info,
+        Some((ShaderStage::Compute, entry)),
+        &constants,
+    )
+    .map_err(|error| PassError::Constants(error.to_string()))?;
+    Ok(resolved.entry_points[entry_index(&resolved, entry)].workgroup_size)
+}
+
+fn pipeline_layout(
+    device: &wgpu::Device,
+    layouts: &[Option<wgpu::BindGroupLayout>],
+    group: u32,
+    options: &PassOptions,
+) -> Result<wgpu::PipelineLayout, PassError> {
+    let groups = device.limits().max_bind_groups;
+    if group >= groups {
+        return Err(PassError::TooManyGroups { group, groups });
+    }
+    let own = View::bind_group_layout(device);
+    let mut all: Vec<Option<&wgpu::BindGroupLayout>> = layouts.iter().map(Option::as_ref).collect();
+    while all.len() <= group as usize {
+        all.push(None);
+    }
+    if all[group as usize].is_some() && !options.layouts.is_empty() {
+        return Err(PassError::GroupTaken { group });
+    }
+    all[group as usize] = Some(&own);
+    Ok(
+        device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: options.label,
+            bind_group_layouts: &all,
+            immediate_size: options.immediate_size,
+        }),
+    )
+}

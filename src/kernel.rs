@@ -1,0 +1,66 @@
+//! The runtime's own kernels: WGSL from `shaders/`, composed with naga_oil's conditional compilation.
+
+use std::collections::HashMap;
+
+use naga_oil::compose::{Composer, NagaModuleDescriptor, ShaderDefValue, ShaderType};
+
+/// Definitions that a kernel's text refers to as `#{NAME}`.
+pub(crate) type Defs<'d> = &'d [(&'d str, u32)];
+
+/// A kernel's text.
+#[derive(Clone, Copy)]
+pub(crate) struct Source {
+    /// The file's name, for messages and labels.
+    pub(crate) name: &'static str,
+    /// Its text.
+    pub(crate) text: &'static str,
+}
+
+/// Names a file in `shaders/`.
+macro_rules! shader {
+    ($name:literal) => {
+        $crate::kernel::Source {
+            name: $name,
+            text: include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/shaders/", $name)),
+        }
+    };
+}
+pub(crate) use shader;
+
+/// Composes a kernel.
+///
+/// # Panics
+/// If the kernel does not compose: it is ours, and a test composes each.
+pub(crate) fn compose(source: Source, defs: Defs) -> naga::Module {
+    let shader_defs: HashMap<String, ShaderDefValue> = defs
+        .iter()
+        .map(|&(name, value)| (name.to_owned(), ShaderDefValue::UInt(value)))
+        .collect();
+    let mut composer = Composer::default();
+    let composed = composer.make_naga_module(NagaModuleDescriptor {
+        source: source.text,
+        file_path: source.name,
+        shader_type: ShaderType::Wgsl,
+        shader_defs,
+        ..NagaModuleDescriptor::default()
+    });
+    match composed {
+        Ok(module) => module,
+        Err(error) => unreachable!("{}: {}", source.name, error.emit_to_string(&composer)),
+    }
+}
+
+/// Makes a shader module of a kernel.
+///
+/// Its bounds checks are off where `trusted`: the index is proved in the kernel's own text. They can double a small
+/// kernel's time.
+pub(crate) fn shader_module(
+    device: &wgpu::Device,
+    source: Source,
+    defs: Defs,
+) -> wgpu::ShaderModule {
+    device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some(source.name),
+        source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(compose(source, defs))),
+    })
+}
