@@ -1,7 +1,49 @@
-//! tmp
+//! Rewrites compute shaders into variable-rate compute shaders.
+//!
+//! A shader that computes one result per invocation is wrapped so that only *primary* pixels are shaded and their
+//! *duplicates* get copies: VRCSPrefix finds the pixel that an invocation has to shade, or lets it leave at once, so that
+//! whole waves retire; VRCSPostFix repeats each store for the duplicates (Fuller and Hammer, *Variable-Rate Compute Shaders in
+//! DOOM: The Dark Ages*, GPC 2025). The shader's source does not change.
+//!
+//! ```
+//! let source = vrcs_passes::Source::new(
+//!     "shade.wgsl",
+//!     "
+//!     @group(0) @binding(0) var picture: texture_storage_2d<rgba8unorm, write>;
+//!
+//!     @compute @workgroup_size(8, 8)
+//!     fn shade(@builtin(global_invocation_id) id: vec3<u32>) {
+//!         textureStore(picture, id.xy, vec4(vec2<f32>(id.xy) / 64.0, 0.0, 1.0));
+//!     }
+//!     ",
+//! );
+//! let (module, info) = vrcs_passes::input::wgsl(&source)?;
+//! let rewritten = vrcs_passes::rewrite(&module, &info, "shade", &vrcs_passes::Options::default())?;
+//! let text = vrcs_passes::emit::wgsl(&rewritten.module, &rewritten.info)?;
+//! assert!(text.contains("fn vrcs_copy_picture"));
+//! assert_eq!(rewritten.manifest.entries[0].workgroup_size, [16, 16, 1]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # The contract
+//!
+//! Let S(p) be what the original's invocation p writes, and q(p) the primary of p. The rewritten dispatch writes, for
+//! every p of the logical extent and of the shader's own domain, the *values* of S(q(p)) at the *addresses* that p itself
+//! would have used; and nothing else. A shader for which this cannot be proved is [refused](Refusal), with the
+//! place in its source and the reason. It is never rewritten wrongly and never passed through in silence.
+//!
+//! # How it is built
+//!
+//! [`analysis`] learns everything about the untouched module, [`plan`] decides, [`transform`] carries out, [`ir::verify`] checks
+//! what naga's validator does not, and [`emit`] writes WGSL and compares a fresh parse of it with the module.
+
 #![allow(missing_docs)]
+
 pub mod analysis;
+pub mod emit;
 pub mod finding;
+pub mod input;
+pub mod instrument;
 pub mod ir;
 pub mod manifest;
 pub mod options;
@@ -11,15 +53,17 @@ pub mod source;
 pub mod transform;
 
 use naga::{
-    Module, ShaderStage,
+    Function, Handle, Module, ShaderStage,
     valid::{Capabilities, ModuleInfo, ValidationFlags, Validator},
 };
 
-use analysis::Facts;
+use analysis::{Facts, FunctionRef};
 pub use finding::{Code, Color, Finding, Refusal, Severity};
+use ir::{import::Imports, verify};
 use manifest::Manifest;
 pub use options::Options;
 pub use source::Source;
+use transform::bindings::Placement;
 
 /// Which entry points to rewrite.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,10 +91,18 @@ pub struct Rewritten {
     pub manifest: Manifest,
     /// Findings that did not stop the rewrite, with the name of their entry point.
     pub warnings: Vec<(String, Finding)>,
-    /// Compute entry points that store nothing per pixel, left as they are.
+    /// Compute entry points that store nothing per pixel, left as they are, and why.
     pub left_alone: Vec<(String, Finding)>,
 }
 
+/// Rewrites entry points of a module.
+///
+/// `module` has to be valid, and `info` what the validator said of it. The result validates, keeps all that is the author's
+/// where it was (types, constants, overrides, globals, functions, other entry points), and adds two bindings that the
+/// [manifest](Manifest) names.
+///
+/// # Errors
+/// All reasons for which an entry point that was named, or that stores per pixel, cannot be rewritten.
 pub fn rewrite<'e>(
     module: &Module,
     info: &ModuleInfo,
@@ -58,71 +110,31 @@ pub fn rewrite<'e>(
     options: &Options,
 ) -> Result<Rewritten, Refusal> {
     let chosen = choose(module, entries.into())?;
-    let placement = transform::bindings::place(module, options)?;
-    let mut rewritten = module.clone();
-    let mut imports = transform::prologue::imports(placement);
+    let is_only = chosen.len() == 1;
+    let mut rewriter = Rewriter::new(module, info, options)?;
     let mut refusals = Vec::new();
-    let mut warnings = Vec::new();
     let mut left_alone = Vec::new();
-    let mut manifest = Manifest {
-        version: manifest::VERSION,
-        generator: concat!("vrcs ", env!("CARGO_PKG_VERSION")).to_owned(),
-        preconditions: manifest::preconditions(),
-        entries: Vec::new(),
-    };
-    let only_one = chosen.len() == 1;
     for index in chosen {
-        let name = &module.entry_points[index].name;
-        let facts = Facts::new(module, index);
-        match plan::plan(module, info, &facts, index) {
-            Ok(mut plan) => {
-                transform::apply(
-                    &mut rewritten,
-                    module,
-                    info,
-                    index,
-                    &mut plan,
-                    &mut imports,
-                    options,
-                );
-                manifest.entries.push(manifest::entry(
-                    module,
-                    info,
-                    index,
-                    options,
-                    placement,
-                    &plan.targets,
-                ));
-                warnings.extend(plan.warnings.drain(..).map(|w| (name.clone(), w)));
+        let Err(findings) = rewriter.entry(index) else {
+            continue;
+        };
+        match findings.as_slice() {
+            [only] if only.code == Code::NothingPerPixel && !is_only => {
+                left_alone.push((module.entry_points[index].name.clone(), only.clone()));
             }
-            Err(findings) => match findings.as_slice() {
-                [only] if only.code == Code::NothingPerPixel && !only_one => {
-                    left_alone.push((name.clone(), only.clone()));
-                }
-                _ => refusals.extend(findings),
-            },
+            _ => refusals.extend(findings),
         }
     }
-    if refusals.is_empty() && manifest.entries.is_empty() {
+    if refusals.is_empty() && rewriter.rewritten.is_empty() {
         refusals.extend(left_alone.iter().map(|(_, finding)| finding.clone()));
     }
     if !refusals.is_empty() {
         return Err(Refusal { findings: refusals });
     }
-    let info =
-        match Validator::new(ValidationFlags::all(), Capabilities::all()).validate(&rewritten) {
-            Ok(info) => info,
-            Err(e) => panic!("{:?}", e.into_inner()),
-        };
-    Ok(Rewritten {
-        module: rewritten,
-        info,
-        manifest,
-        warnings,
-        left_alone,
-    })
+    rewriter.finish(left_alone)
 }
 
+/// The compute entry points that are meant.
 fn choose(module: &Module, entries: Entries) -> Result<Vec<usize>, Refusal> {
     let compute: Vec<usize> = module
         .entry_points
@@ -132,28 +144,145 @@ fn choose(module: &Module, entries: Entries) -> Result<Vec<usize>, Refusal> {
         .map(|(index, _)| index)
         .collect();
     if compute.is_empty() {
-        return Err(Finding::new(
+        let finding = Finding::new(
             Code::NoComputeEntry,
             "the module has no compute entry point",
-        )
-        .into());
+        );
+        return Err(finding.into());
     }
-    match entries {
-        Entries::PerPixel => Ok(compute),
-        Entries::Named(name) => {
-            let found = compute
+    let Entries::Named(name) = entries else {
+        return Ok(compute);
+    };
+    let found = compute
+        .iter()
+        .find(|&&index| module.entry_points[index].name == name);
+    match found {
+        Some(&index) => Ok(vec![index]),
+        None => {
+            let names: Vec<_> = compute
                 .iter()
-                .find(|&&index| module.entry_points[index].name == name);
-            match found {
-                Some(&index) => Ok(vec![index]),
-                None => Err(Finding::new(
-                    Code::UnknownEntry,
-                    format!("no compute entry point is called `{name}`"),
-                )
-                .into()),
-            }
+                .map(|&index| format!("`{}`", module.entry_points[index].name))
+                .collect();
+            let finding = Finding::new(
+                Code::UnknownEntry,
+                format!("no compute entry point is called `{name}`"),
+            );
+            Err(finding
+                .help(format!("there are {}", names.join(", ")))
+                .into())
         }
     }
 }
-pub mod emit;
-pub mod instrument;
+
+/// A module while its entry points are rewritten, one by one.
+struct Rewriter<'r> {
+    original: &'r Module,
+    info: &'r ModuleInfo,
+    options: &'r Options,
+    placement: Placement,
+    imports: Imports,
+    module: Module,
+    manifest: Manifest,
+    rewritten: Vec<usize>,
+    /// Each clone, and what it was made from.
+    clones: Vec<(usize, FunctionRef, Handle<Function>)>,
+    warnings: Vec<(String, Finding)>,
+}
+
+impl<'r> Rewriter<'r> {
+    fn new(
+        original: &'r Module,
+        info: &'r ModuleInfo,
+        options: &'r Options,
+    ) -> Result<Rewriter<'r>, Refusal> {
+        let placement = transform::bindings::place(original, options)?;
+        Ok(Rewriter {
+            original,
+            info,
+            options,
+            placement,
+            imports: transform::prologue::imports(placement),
+            module: original.clone(),
+            manifest: Manifest::new(),
+            rewritten: Vec::new(),
+            clones: Vec::new(),
+            warnings: Vec::new(),
+        })
+    }
+
+    fn entry(&mut self, index: usize) -> Result<(), Vec<Finding>> {
+        let name = &self.original.entry_points[index].name;
+        if is_rewritten(self.original, self.info, index) {
+            let finding = Finding::new(
+                Code::AlreadyRewritten,
+                format!("the entry point `{name}` has been rewritten before"),
+            );
+            return Err(vec![finding.help("rewrite the shader that it came from")]);
+        }
+        let facts = Facts::new(self.original, index);
+        let mut plan = plan::plan(self.original, self.info, &facts, index)?;
+        let clones = transform::apply(
+            &mut self.module,
+            self.original,
+            self.info,
+            index,
+            &mut plan,
+            &mut self.imports,
+            self.options,
+        );
+        self.clones
+            .extend(clones.into_iter().map(|(of, clone)| (index, of, clone)));
+        self.manifest.entries.push(manifest::entry(
+            self.original,
+            self.info,
+            index,
+            self.options,
+            self.placement,
+            &plan.targets,
+        ));
+        self.warnings
+            .extend(plan.warnings.drain(..).map(|w| (name.clone(), w)));
+        self.rewritten.push(index);
+        Ok(())
+    }
+
+    /// Checks what was made.
+    fn finish(self, left_alone: Vec<(String, Finding)>) -> Result<Rewritten, Refusal> {
+        let defect = |what: String| {
+            Refusal::from(
+                Finding::new(Code::Defect, format!("the rewriter made a mistake: {what}"))
+                    .help("this is a defect of vrcs; please report it with the shader"),
+            )
+        };
+        verify::check(&self.module).map_err(|broken| defect(broken.to_string()))?;
+        let clones: Vec<(&Function, &Function)> = self
+            .clones
+            .iter()
+            .map(|&(entry, of, clone)| {
+                (of.get(self.original, entry), &self.module.functions[clone])
+            })
+            .collect();
+        verify::follows(self.original, &self.module, &self.rewritten, &clones)
+            .map_err(|broken| defect(broken.to_string()))?;
+        let info = Validator::new(ValidationFlags::all(), Capabilities::all())
+            .validate(&self.module)
+            .map_err(|error| defect(format!("{:?}", error.into_inner())))?;
+        Ok(Rewritten {
+            module: self.module,
+            info,
+            manifest: self.manifest,
+            warnings: self.warnings,
+            left_alone,
+        })
+    }
+}
+
+/// Whether an entry point uses the coordinate buffer already.
+fn is_rewritten(module: &Module, info: &ModuleInfo, entry: usize) -> bool {
+    let uses = info.get_entry_point(entry);
+    module.global_variables.iter().any(|(handle, global)| {
+        global.name.as_deref() == Some("vrcs_coords")
+            && global.binding.is_some()
+            && !uses[handle].is_empty()
+    })
+}

@@ -32,6 +32,17 @@ pub struct Manifest {
     pub entries: Vec<Entry>,
 }
 
+impl Manifest {
+    pub(crate) fn new() -> Manifest {
+        Manifest {
+            version: VERSION,
+            generator: concat!("vrcs ", env!("CARGO_PKG_VERSION")).to_owned(),
+            preconditions: preconditions(),
+            entries: Vec::new(),
+        }
+    }
+}
+
 /// A rewritten entry point.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Entry {

@@ -69,8 +69,8 @@ pub struct Original {
 /// A write that is due.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Due {
-    /// Where the value comes from, in the original's output, in bytes.
-    from: usize,
+    /// Where the value comes from, in the original's output, in bytes; `None` if the primary has overwritten it there.
+    from: Option<usize>,
     /// The pixel that is written, and the pixel that is shaded for it.
     pixel: [u32; 3],
     primary: [u32; 3],
@@ -174,16 +174,14 @@ impl Original {
                         let from = from as usize * self.unit(output);
                         let grid = self.log.grid();
                         let due = expected[output].due.entry(unit).or_insert(Due {
-                            from,
+                            from: None,
                             pixel: position(pixel, grid),
                             primary: position(primary, grid),
                             times: 0,
                             optional,
                         });
                         due.times += 1;
-                        if is_last {
-                            due.from = from;
-                        }
+                        due.from = is_last.then_some(from);
                     }
                 }
                 None if is_last => {
@@ -224,9 +222,10 @@ impl Original {
             {
                 let due = expected.due.get(&(number as u32));
                 let wanted = match due {
-                    Some(due) => self.outputs[output]
-                        .get(due.from..due.from + unit)
-                        .unwrap_or(initial),
+                    Some(Due { from: None, .. }) => continue,
+                    Some(Due {
+                        from: Some(from), ..
+                    }) => &self.outputs[output][*from..from + unit],
                     None => initial,
                 };
                 if wanted == got {
@@ -323,10 +322,10 @@ impl Original {
             for (&number, due) in &expected.due {
                 let at = number as usize * unit;
                 let got = got[output].get(at..at + unit);
-                visit(
-                    due.pixel,
-                    got == self.outputs[output].get(due.from..due.from + unit),
-                );
+                let right = due.from.is_none_or(|from| {
+                    got == self.outputs[output].get(from..from + unit)
+                });
+                visit(due.pixel, right);
             }
         }
     }

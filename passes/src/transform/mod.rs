@@ -10,13 +10,14 @@ pub mod prologue;
 pub mod recompute;
 pub mod specialise;
 
-use naga::{Module, valid::ModuleInfo};
+use naga::{Function, Handle, Module, valid::ModuleInfo};
 
-use crate::{ir::import::Imports, options::Options, plan::EntryPlan};
+use crate::{analysis::FunctionRef, ir::import::Imports, options::Options, plan::EntryPlan};
 use copies::Copies;
 use specialise::Specialise;
 
-/// Rewrites one entry point of `module`, a copy of `original` that may already hold other rewritten entry points.
+/// Rewrites one entry point of `module`, a copy of `original` that may already hold other rewritten entry points. Gives the
+/// clones that were made, and what each was made from.
 pub fn apply(
     module: &mut Module,
     original: &Module,
@@ -25,7 +26,7 @@ pub fn apply(
     plan: &mut EntryPlan,
     imports: &mut Imports,
     options: &Options,
-) {
+) -> Vec<(FunctionRef, Handle<Function>)> {
     let found = &mut plan.found;
     let prologue = prologue::import(
         module,
@@ -45,7 +46,7 @@ pub fn apply(
         &found.accesses,
         &plan.copies,
     );
-    let inner = specialise.run(module, &mut copies);
+    let (inner, clones) = specialise.run(module, &mut copies);
     let function = prologue::entry_function(
         module,
         &found.terms,
@@ -59,4 +60,5 @@ pub fn apply(
     let [width, height] = options.tile;
     rewritten.workgroup_size = [width, height, 1];
     rewritten.workgroup_size_overrides = None;
+    clones
 }

@@ -91,15 +91,21 @@ impl<'s, 'm> Specialise<'s, 'm> {
         }
     }
 
-    /// Makes the copy functions and the clones; the entry point as an ordinary function.
-    pub fn run(mut self, module: &mut Module, copies: &mut Copies) -> Handle<Function> {
+    /// Makes the copy functions and the clones. Gives the entry point as an ordinary function, and all clones with what
+    /// they were made from.
+    pub fn run(
+        mut self,
+        module: &mut Module,
+        copies: &mut Copies,
+    ) -> (Handle<Function>, Vec<(FunctionRef, Handle<Function>)>) {
         for plan in self.plans {
             self.plan_edits(module, copies, plan);
         }
         let Some(inner) = self.build(module, InstanceId::ENTRY) else {
             unreachable!("the entry point is always rebuilt");
         };
-        inner
+        let clones = self.clones.into_iter().map(|(of, _, clone)| (of, clone));
+        (inner, clones.collect())
     }
 
     fn plan_edits(&mut self, module: &mut Module, copies: &mut Copies, plan: &CopyPlan) {
