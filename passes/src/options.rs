@@ -42,7 +42,7 @@ pub enum Policy {
 }
 
 /// The options of a rewrite.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Options {
     /// How do primaries find their pixels?
     pub mode: Mode,

@@ -14,7 +14,7 @@ use super::{
     session::{Case, Session, Stop, shape_of, to_words, validated},
 };
 use crate::{
-    build::{BuildOptions, gpu::Builder},
+    build::{BuildOptions, Entry, gpu::Builder},
     view::Params,
 };
 use naga::{Module, valid::ModuleInfo};
@@ -181,7 +181,7 @@ impl Session<'_> {
         );
         let coords = self.gpu.buffer(
             "coordinates",
-            bytemuck::cast_slice(&case.coordinates.words),
+            bytemuck::cast_slice(&with_leftovers(case)),
             wgpu::BufferUsages::STORAGE,
         );
         let at = |index: usize| naga::ResourceBinding {
@@ -214,4 +214,23 @@ impl Session<'_> {
         )?;
         Ok((outputs, to_words(&read[0])))
     }
+}
+
+/// The words of a case's coordinate buffer, where those that no tile uses hold entries of some earlier frame: nothing may
+/// read them.
+fn with_leftovers(case: &Case) -> Vec<u32> {
+    let mut rng = fastrand::Rng::with_seed(u64::from(case.number));
+    let mut words = case.coordinates.words.clone();
+    let layout = &case.coordinates.layout;
+    let [width, height] = case.coordinates.options.tile;
+    for tile in 0..layout.tile_count() {
+        let start = layout.entries + tile * layout.entries_per_tile;
+        let used = case.coordinates.header(tile).count();
+        let room = layout.entries_per_tile;
+        for word in &mut words[(start + used) as usize..(start + room) as usize] {
+            let (x, y) = (rng.u32(0..width), rng.u32(0..height));
+            *word = Entry::new(x, y, rng.u32(0..0x1_0000) | 1 << ((y & 3) * 4 + (x & 3))).0;
+        }
+    }
+    words
 }

@@ -19,13 +19,14 @@ pub struct Group {
     pub members: Vec<[u32; 2]>,
 }
 
-/// The groups of a coordinate buffer, those of a single pixel included.
-pub fn groups(coordinates: &Coordinates) -> Vec<Group> {
-    let [width, height] = coordinates.extent;
+/// The groups of a coordinate buffer, those of a single pixel included, confined to an extent: a group whose primary lies
+/// outside is re-homed to its first member inside.
+pub fn groups(coordinates: &Coordinates, extent: [u32; 2]) -> Vec<Group> {
+    let width = coordinates.extent[0];
     let map = coordinates.map();
     let mut of_primary: HashMap<u32, Vec<[u32; 2]>> = HashMap::new();
-    for y in 0..height {
-        for x in 0..width {
+    for y in 0..extent[1] {
+        for x in 0..extent[0] {
             of_primary
                 .entry(map[(y * width + x) as usize])
                 .or_default()
@@ -34,9 +35,13 @@ pub fn groups(coordinates: &Coordinates) -> Vec<Group> {
     }
     let mut groups: Vec<Group> = of_primary
         .into_iter()
-        .map(|(primary, members)| Group {
-            primary: [primary % width, primary / width],
-            members,
+        .map(|(primary, members)| {
+            let nominal = [primary % width, primary / width];
+            let inside = nominal[0] < extent[0] && nominal[1] < extent[1];
+            Group {
+                primary: if inside { nominal } else { members[0] },
+                members,
+            }
         })
         .collect();
     groups.sort_by_key(|group| (group.primary[1], group.primary[0]));
@@ -196,11 +201,11 @@ impl Original {
 
     fn overlap(&self, a: Stored, b: Stored) -> bool {
         let (site_a, site_b) = (&self.sites[a.site as usize], &self.sites[b.site as usize]);
+        if a.place == OUTSIDE || b.place == OUTSIDE || site_a.global != site_b.global {
+            return false;
+        }
         let (a_units, b_units) = (units(site_a, a.place), units(site_b, b.place));
-        a.place != OUTSIDE
-            && site_a.global == site_b.global
-            && a_units.start < b_units.end
-            && b_units.start < a_units.end
+        a_units.start < b_units.end && b_units.start < a_units.end
     }
 
     /// Bytes of a unit of an output.
@@ -322,9 +327,9 @@ impl Original {
             for (&number, due) in &expected.due {
                 let at = number as usize * unit;
                 let got = got[output].get(at..at + unit);
-                let right = due.from.is_none_or(|from| {
-                    got == self.outputs[output].get(from..from + unit)
-                });
+                let right = due
+                    .from
+                    .is_none_or(|from| got == self.outputs[output].get(from..from + unit));
                 visit(due.pixel, right);
             }
         }

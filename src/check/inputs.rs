@@ -16,7 +16,7 @@ use super::gpu::Gpu;
 use crate::dispatch::reflect::Resource;
 
 /// What the user says of the inputs.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Settings {
     /// Values by name: of a variable, of a member, of `variable.member`, or of an override.
     pub set: BTreeMap<String, Vec<f64>>,

@@ -36,7 +36,7 @@ use std::{collections::BTreeMap, fmt};
 use serde::{Deserialize, Serialize};
 use vrcs_passes::Options;
 
-pub use session::{CheckError, check};
+pub use session::{CheckError, check, check_rewritten};
 
 use crate::Rate;
 

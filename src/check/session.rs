@@ -59,23 +59,40 @@ pub fn check(
     job: &Job,
     progress: &mut dyn FnMut(u32),
 ) -> Result<Report, CheckError> {
+    let rewritten = vrcs_passes::rewrite(module, info, job.entry.as_str(), &job.options)?;
+    check_rewritten(gpu, source, module, info, &rewritten, job, progress)
+}
+
+/// Checks what is said to be a rewrite of an entry point. [`check`] makes the rewrite itself; tests hand in broken ones.
+///
+/// # Errors
+/// As [`check`].
+pub fn check_rewritten(
+    gpu: &Gpu,
+    source: &Source,
+    module: &Module,
+    info: &ModuleInfo,
+    rewritten: &Rewritten,
+    job: &Job,
+    progress: &mut dyn FnMut(u32),
+) -> Result<Report, CheckError> {
     let [width, height] = job.size;
     if !(1..=2048).contains(&width) || !(1..=2048).contains(&height) {
         return Err(CheckError::Size(width, height));
     }
+    let is_entry = |e: &naga::EntryPoint| e.stage == ShaderStage::Compute && e.name == job.entry;
     let entry = module
         .entry_points
         .iter()
-        .position(|e| e.stage == ShaderStage::Compute && e.name == job.entry)
+        .position(is_entry)
         .ok_or_else(|| CheckError::UnknownEntry(job.entry.clone()))?;
-    let rewritten = vrcs_passes::rewrite(module, info, job.entry.as_str(), &job.options)?;
     let mut session = Session {
         gpu,
         source,
         module,
         info,
         entry,
-        rewritten: &rewritten,
+        rewritten,
         job,
         constants: super::inputs::constants(module, &job.settings),
         report: Report {
@@ -213,22 +230,28 @@ impl Session<'_> {
             n if n <= uniform => Pattern::of_case(n.min(uniform - 1), self.job.largest()),
             _ => Pattern::of_case(number + uniform, self.job.largest()),
         };
-        let extent = match rng.u8(0..4) {
-            0 if in_set > uniform => [rng.u32(1..=grid[0]), rng.u32(1..=grid[1])],
-            _ => [grid[0], grid[1]],
+        let is_part = in_set > uniform && rng.u8(0..3) == 0;
+        let extent = match is_part {
+            true => [rng.u32(1..=grid[0]), rng.u32(1..=grid[1])],
+            false => [grid[0], grid[1]],
         };
         let full_tiles = match in_set <= uniform || rng.bool() {
             true => self.job.options.full_tiles,
             false => FullTiles::Keep,
         };
-        let sri = pattern.image(extent[0], extent[1], &mut rng);
-        let coordinates = cpu::build(&sri, extent, &self.build_options(full_tiles));
+        // a list that was built for a larger extent is harmless: what lies outside is dropped
+        let built_for = match is_part && rng.bool() {
+            true => [grid[0], grid[1]],
+            false => extent,
+        };
+        let sri = pattern.image(built_for[0], built_for[1], &mut rng);
+        let coordinates = cpu::build(&sri, built_for, &self.build_options(full_tiles));
         Case {
             number,
             pattern,
             enabled: in_set != uniform,
             extent,
-            groups: groups(&coordinates),
+            groups: groups(&coordinates, extent),
             coordinates,
             sri,
         }
@@ -302,11 +325,11 @@ impl Session<'_> {
             .gpu
             .buffer("rates", case.sri.bytes(), wgpu::BufferUsages::STORAGE);
         let bound = builder.bind(&self.gpu.device, &image, &coords);
-        builder.set_extent(&self.gpu.queue, &bound, case.extent);
+        builder.set_extent(&self.gpu.queue, &bound, case.coordinates.extent);
         let mut encoder = self.gpu.encoder();
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            builder.record(&mut pass, &bound, case.extent);
+            builder.record(&mut pass, &bound, case.coordinates.extent);
         }
         let read = self
             .gpu
@@ -346,7 +369,7 @@ impl Session<'_> {
             return Ok(());
         }
         let map = case.coordinates.map();
-        let width = case.extent[0];
+        let width = case.coordinates.extent[0];
         for (uniform_map, extent, uniform) in &set.uniform {
             let difference = set.original.compare_where(
                 expected,

@@ -1,0 +1,168 @@
+//! WGSL text means what the module means: what naga's writer leaves out is put back, and what cannot be said is an error.
+
+use naga::Module;
+use vrcs_passes::{Source, emit, input};
+
+fn parse(text: &str) -> (Module, naga::valid::ModuleInfo) {
+    input::wgsl(&Source::new("test", text)).unwrap_or_else(|invalid| panic!("{}", invalid.rendered))
+}
+
+fn written(text: &str) -> String {
+    let (module, info) = parse(text);
+    emit::wgsl(&module, &info).expect("text")
+}
+
+#[test]
+fn sizes_and_alignments_are_put_back() {
+    let text = written(
+        "
+        struct Inner { @size(32) a: f32, @align(64) b: f32, c: vec3<f32>, d: f32 }
+        struct Outer { x: f32, inner: Inner, @size(24) y: vec2<f32>, z: f32 }
+        @group(0) @binding(0) var<uniform> u: Outer;
+        @compute @workgroup_size(1) fn main() { _ = u.z; }
+        ",
+    );
+    assert!(text.contains("@size(64) a: f32"), "{text}");
+    assert!(text.contains("@size(24) y: vec2<f32>"), "{text}");
+}
+
+#[test]
+fn workgroup_sizes_of_overrides_are_put_back() {
+    let text = written(
+        "
+        override WIDTH: u32 = 8u;
+        @id(7) override HEIGHT: i32;
+        @compute @workgroup_size(WIDTH * 2u, HEIGHT) fn main() {}
+        ",
+    );
+    assert!(
+        text.contains("@compute @workgroup_size((WIDTH * 2u), HEIGHT, 1)"),
+        "{text}"
+    );
+    assert!(text.contains("@id(7) override HEIGHT: i32;"), "{text}");
+}
+
+#[test]
+fn initialisers_that_are_computed_from_overrides_are_put_back() {
+    let text = written(
+        "
+        override A: f32 = 2.0;
+        override B: f32 = A * 3.0 - 1.0;
+        var<private> p: f32 = B + 0.5;
+        @compute @workgroup_size(1) fn main() { _ = p; }
+        ",
+    );
+    assert!(
+        text.contains("override B: f32 = ((A * 3.0f) - 1.0f);"),
+        "{text}"
+    );
+    assert!(text.contains("var<private> p: f32 = (B + 0.5f);"), "{text}");
+}
+
+#[test]
+fn names_that_end_in_digits_stay_what_they_are() {
+    let text = written(
+        "
+        override N1: u32 = 3u;
+        struct S2 { m3: f32 }
+        @group(0) @binding(0) var<storage, read_write> out4: array<S2>;
+        fn f5(a6: f32) -> f32 { let b7 = a6 * 2.0; return b7 + b7; }
+        @compute @workgroup_size(1) fn main8() { out4[N1].m3 = f5(1.0); }
+        ",
+    );
+    for name in [
+        "override N1:",
+        "struct S2 ",
+        " m3:",
+        "var<storage, read_write> out4:",
+        "fn f5(a6:",
+        "let b7 =",
+        "fn main8(",
+    ] {
+        assert!(text.contains(name), "no `{name}` in\n{text}");
+    }
+}
+
+#[test]
+fn a_name_is_not_restored_if_another_thing_is_called_so() {
+    // naga writes `a1` as `a1_`; were `a1_` of the author's own, the two must stay apart
+    let text = written(
+        "
+        @group(0) @binding(0) var<storage, read_write> a1: array<f32>;
+        @group(0) @binding(1) var<storage, read_write> a1_: array<f32>;
+        @compute @workgroup_size(1) fn main() { a1[0] = a1_[1]; }
+        ",
+    );
+    assert!(!text.contains("a1[0] = a1[1]"), "{text}");
+}
+
+#[test]
+fn subgroups_are_enabled() {
+    let (module, info) = parse(
+        "
+        @group(0) @binding(0) var<storage, read_write> out: array<u32>;
+        @compute @workgroup_size(32) fn main(@builtin(subgroup_invocation_id) lane: u32) {
+            out[lane] = subgroupAdd(lane);
+        }
+        ",
+    );
+    let text = emit::wgsl(&module, &info).expect("text");
+    assert!(text.starts_with("enable subgroups;\n"), "{text}");
+}
+
+#[test]
+fn ray_queries_have_no_text() {
+    let (module, info) = parse(
+        "
+        enable wgpu_ray_query;
+        @group(0) @binding(0) var scene: acceleration_structure;
+        @group(0) @binding(1) var<storage, read_write> out: array<f32>;
+        @compute @workgroup_size(1) fn main() {
+            var query: ray_query;
+            rayQueryInitialize(&query, scene, RayDesc(0u, 0xffu, 0.1, 9.0, vec3(0.0), vec3(0.0, 0.0, 1.0)));
+            rayQueryProceed(&query);
+            out[0] = rayQueryGetCommittedIntersection(&query).t;
+        }
+        ",
+    );
+    let error = emit::wgsl(&module, &info).expect_err("no text");
+    assert!(error.to_string().contains("ray queries"), "{error}");
+}
+
+#[test]
+fn the_audit_finds_what_differs() {
+    let (module, _) = parse(
+        "
+        struct S { a: f32, b: vec2<f32> }
+        @group(0) @binding(0) var<uniform> s: S;
+        @group(0) @binding(1) var<storage, read_write> out: array<f32>;
+        override N: u32 = 1u;
+        @compute @workgroup_size(8, 2) fn main() { out[N] = s.b.x; }
+        ",
+    );
+    let text = "
+        struct S { a: f32, b: vec2<f32> }
+        @group(0) @binding(0) var<uniform> s: S;
+        @group(0) @binding(1) var<storage, read_write> out: array<f32>;
+        override N: u32 = 1u;
+        @compute @workgroup_size(8, 2) fn main() { out[N] = s.b.x; }
+        ";
+    assert_eq!(emit::audit::audit(&module, text), Ok(()));
+    for (from, to) in [
+        ("a: f32, b", "@size(16) a: f32, b"),
+        ("@binding(1)", "@binding(2)"),
+        ("read_write> out", "read> out"),
+        ("(8, 2)", "(8, 1)"),
+        ("override N", "override M"),
+        ("fn main", "fn other"),
+        ("vec2<f32> }", "vec2<i32> }"),
+        ("N: u32 = 1u", "N: u32"),
+        ("= 1u;", "= 1u"),
+    ] {
+        let changed = text.replacen(from, to, 1).replace("out[M]", "out[0]");
+        assert!(
+            emit::audit::audit(&module, &changed).is_err(),
+            "{from} became {to}"
+        );
+    }
+}

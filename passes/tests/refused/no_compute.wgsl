@@ -1,0 +1,8 @@
+@fragment
+fn main() -> @location(0) vec4<f32> {
+    return vec4(1.0);
+}
+
+// ---- is refused ----
+
+error[VRCS001]: the module has no compute entry point

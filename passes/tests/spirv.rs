@@ -1,0 +1,100 @@
+//! Every rewritten golden shader as SPIR-V, held against `spirv-val`.
+//!
+//! Without `spirv-val` on the machine the test passes over it; `tests/run.sh` installs it and sets
+//! `VRCS_REQUIRE_TOOLS`, so that it cannot be passed over there.
+
+use std::{
+    io::Write,
+    path::Path,
+    process::{Command, Stdio},
+};
+
+use vrcs_passes::{Entries, Options, Source, input, rewrite};
+
+fn spirv_val() -> Option<Command> {
+    let there = Command::new("spirv-val").arg("--version").output().is_ok();
+    assert!(
+        there || std::env::var_os("VRCS_REQUIRE_TOOLS").is_none(),
+        "spirv-val is not installed: it comes with the package spirv-tools"
+    );
+    there.then(|| Command::new("spirv-val"))
+}
+
+#[test]
+fn rewritten_shaders_are_valid_spirv() {
+    if spirv_val().is_none() {
+        eprintln!("skipped: spirv-val is not installed (package spirv-tools)");
+        return;
+    }
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut tried = 0;
+    for folder in [root.join("tests/rewritten"), root.join("../tests/shaders")] {
+        for entry in std::fs::read_dir(&folder).expect("shaders") {
+            let path = entry.expect("an entry").path();
+            if path.extension().is_none_or(|extension| extension != "wgsl") {
+                continue;
+            }
+            let text = std::fs::read_to_string(&path).expect("a shader");
+            let before = text.split("// ---- becomes ----").next().unwrap_or(&text);
+            let source = Source::new(path.display().to_string(), before);
+            let (module, info) = input::wgsl(&source).expect("a valid shader");
+            let rewritten = rewrite(&module, &info, Entries::PerPixel, &Options::default())
+                .unwrap_or_else(|refusal| panic!("{}: {refusal}", path.display()));
+            for name in rewritten.manifest.entries.iter().map(|entry| &entry.name) {
+                validate(&rewritten, name, &path);
+                tried += 1;
+            }
+        }
+    }
+    assert!(tried > 20, "only {tried} shaders were tried");
+}
+
+fn validate(rewritten: &vrcs_passes::Rewritten, entry: &str, path: &Path) {
+    // overrides are given their defaults, or 8 where they have none
+    let constants = rewritten
+        .module
+        .overrides
+        .iter()
+        .filter(|(_, item)| item.init.is_none())
+        .filter_map(|(_, item)| Some((item.name.clone()?, 8.0)))
+        .collect();
+    let (module, info) = naga::back::pipeline_constants::process_overrides(
+        &rewritten.module,
+        &rewritten.info,
+        Some((naga::ShaderStage::Compute, entry)),
+        &constants,
+    )
+    .expect("constants");
+    let options = naga::back::spv::Options {
+        lang_version: (1, 3),
+        ..naga::back::spv::Options::default()
+    };
+    let pipeline = naga::back::spv::PipelineOptions {
+        shader_stage: naga::ShaderStage::Compute,
+        entry_point: entry.to_owned(),
+    };
+    let words =
+        naga::back::spv::write_vec(&module, &info, &options, Some(&pipeline)).expect("SPIR-V");
+    let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+    let mut child = spirv_val()
+        .expect("spirv-val")
+        .args(["--target-env", "vulkan1.1", "-"])
+        .stdin(Stdio::piped())
+        .stderr(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("spirv-val starts");
+    child
+        .stdin
+        .take()
+        .expect("its input")
+        .write_all(&bytes)
+        .expect("its input takes SPIR-V");
+    let output = child.wait_with_output().expect("spirv-val ends");
+    assert!(
+        output.status.success(),
+        "{} {entry}: {}",
+        path.display(),
+        String::from_utf8_lossy(&output.stdout)
+    );
+}

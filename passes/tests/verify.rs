@@ -1,0 +1,282 @@
+//! The rules that naga's validator does not check: each module here is one that naga accepts, or dies of, and that
+//! `verify` rejects. If naga starts to check a rule, its test says so.
+
+use naga::{
+    Block, Expression, Function, Handle, Literal, LocalVariable, Module, Range, ResourceBinding,
+    Span, Statement, UnaryOperator,
+    valid::{Capabilities, ValidationFlags, Validator},
+};
+use vrcs_passes::{Source, input, ir::verify};
+
+const NONE: Span = Span::UNDEFINED;
+
+/// A module with one entry point, to break.
+fn module() -> Module {
+    let source = Source::new(
+        "test",
+        "
+        @group(0) @binding(0) var<storage, read_write> out: array<f32, 4>;
+        @group(0) @binding(1) var<uniform> factor: f32;
+        fn helper(x: f32) -> f32 { return x * factor; }
+        fn effect() { out[1] = 1.0; }
+        @compute @workgroup_size(1) fn main() {
+            let a = factor + 1.0;
+            if a > 2.0 { out[0] = a; }
+            out[2] = helper(a);
+        }
+        ",
+    );
+    input::wgsl(&source).expect("a valid shader").0
+}
+
+fn naga_accepts(module: &Module) -> bool {
+    Validator::new(ValidationFlags::all(), Capabilities::all())
+        .validate(module)
+        .is_ok()
+}
+
+fn broken_rule(module: &Module) -> Option<u8> {
+    verify::check(module).err().map(|broken| broken.rule)
+}
+
+fn main_of(module: &mut Module) -> &mut Function {
+    &mut module.entry_points[0].function
+}
+
+/// Puts a statement in front of a function's body.
+fn prepend(function: &mut Function, statement: Statement) {
+    let mut block = Block::new();
+    block.push(statement, NONE);
+    function.body.splice(0..0, block);
+}
+
+/// Appends `-operand`, without emitting it.
+fn negated(function: &mut Function, expr: Handle<Expression>) -> Handle<Expression> {
+    function.expressions.append(
+        Expression::Unary {
+            op: UnaryOperator::Negate,
+            expr,
+        },
+        NONE,
+    )
+}
+
+/// A float literal in a function.
+fn literal(function: &mut Function) -> Handle<Expression> {
+    function
+        .expressions
+        .append(Expression::Literal(Literal::F32(1.0)), NONE)
+}
+
+/// A local variable's pointer.
+fn local(module: &mut Module) -> Handle<Expression> {
+    let float = module
+        .types
+        .iter()
+        .find(|(_, ty)| ty.inner == naga::TypeInner::Scalar(naga::Scalar::F32))
+        .map(|(handle, _)| handle)
+        .expect("f32");
+    let function = main_of(module);
+    let variable = function.local_variables.append(
+        LocalVariable {
+            name: None,
+            ty: float,
+            init: None,
+        },
+        NONE,
+    );
+    function
+        .expressions
+        .append(Expression::LocalVariable(variable), NONE)
+}
+
+#[test]
+fn a_valid_module_breaks_no_rule() {
+    let module = module();
+    assert!(naga_accepts(&module));
+    assert_eq!(verify::check(&module), Ok(()));
+}
+
+/// A block that emits an expression and stores it.
+fn emit_and_store(pointer: Handle<Expression>, value: Handle<Expression>) -> Block {
+    let mut block = Block::new();
+    block.push(Statement::Emit(Range::new_from_bounds(value, value)), NONE);
+    block.push(Statement::Store { pointer, value }, NONE);
+    block
+}
+
+#[test]
+fn rule_1_what_is_used_has_been_emitted() {
+    let mut module = module();
+    let pointer = local(&mut module);
+    let function = main_of(&mut module);
+    let one = literal(function);
+    let never_emitted = negated(function, one);
+    let value = negated(function, never_emitted);
+    prepend(function, Statement::Block(emit_and_store(pointer, value)));
+    assert!(naga_accepts(&module), "naga checks this now");
+    assert_eq!(broken_rule(&module), Some(1));
+}
+
+#[test]
+fn rule_1_a_sibling_block_is_out_of_scope() {
+    let mut module = module();
+    let pointer = local(&mut module);
+    let function = main_of(&mut module);
+    let one = literal(function);
+    let elsewhere = negated(function, one);
+    let value = negated(function, elsewhere);
+    let condition = function
+        .expressions
+        .append(Expression::Literal(Literal::Bool(true)), NONE);
+    let accept = emit_and_store(pointer, elsewhere);
+    let reject = emit_and_store(pointer, value);
+    prepend(
+        function,
+        Statement::If {
+            condition,
+            accept,
+            reject,
+        },
+    );
+    assert!(naga_accepts(&module), "naga checks this now");
+    assert_eq!(broken_rule(&module), Some(1));
+}
+
+#[test]
+fn rule_2_nothing_is_emitted_twice() {
+    let mut module = module();
+    let function = main_of(&mut module);
+    let one = literal(function);
+    let value = negated(function, one);
+    let condition = function
+        .expressions
+        .append(Expression::Literal(Literal::Bool(true)), NONE);
+    let emit = || {
+        let mut block = Block::new();
+        block.push(Statement::Emit(Range::new_from_bounds(value, value)), NONE);
+        block
+    };
+    prepend(
+        function,
+        Statement::If {
+            condition,
+            accept: emit(),
+            reject: emit(),
+        },
+    );
+    assert!(naga_accepts(&module), "naga checks this now");
+    assert_eq!(broken_rule(&module), Some(2));
+}
+
+#[test]
+fn rule_3_literals_are_not_emitted() {
+    let mut module = module();
+    let function = main_of(&mut module);
+    let one = literal(function);
+    function
+        .body
+        .push(Statement::Emit(Range::new_from_bounds(one, one)), NONE);
+    assert_eq!(broken_rule(&module), Some(3));
+}
+
+#[test]
+fn rule_4_a_result_is_given_once() {
+    let mut module = module();
+    let (helper, _) = module.functions.iter().next().expect("the helper");
+    let function = main_of(&mut module);
+    let argument = literal(function);
+    let result = function
+        .expressions
+        .append(Expression::CallResult(helper), NONE);
+    for _ in 0..2 {
+        function.body.push(
+            Statement::Call {
+                function: helper,
+                arguments: vec![argument],
+                result: Some(result),
+            },
+            NONE,
+        );
+    }
+    assert_eq!(broken_rule(&module), Some(4));
+}
+
+#[test]
+fn rule_5_operands_come_first() {
+    let mut module = module();
+    let function = main_of(&mut module);
+    let value = literal(function);
+    let first = negated(function, value);
+    let second = negated(function, value);
+    function.expressions[first] = Expression::Unary {
+        op: UnaryOperator::Negate,
+        expr: second,
+    };
+    assert_eq!(broken_rule(&module), Some(5));
+}
+
+#[test]
+fn rule_6_a_function_stands_before_its_callers() {
+    // naga's validator panics on this one
+    let mut module = module();
+    let (helper, effect) = {
+        let mut functions = module.functions.iter().map(|(handle, _)| handle);
+        (
+            functions.next().expect("the helper"),
+            functions.next().expect("the effect"),
+        )
+    };
+    module.functions[helper].body.splice(0..0, {
+        let mut block = Block::new();
+        block.push(
+            Statement::Call {
+                function: effect,
+                arguments: Vec::new(),
+                result: None,
+            },
+            NONE,
+        );
+        block
+    });
+    assert_eq!(broken_rule(&module), Some(6));
+}
+
+#[test]
+fn rule_7_bindings_are_taken_once() {
+    let mut module = module();
+    let mut globals = module.global_variables.iter_mut();
+    let (_, _) = globals.next().expect("a variable");
+    let (_, factor) = globals.next().expect("another");
+    factor.binding = Some(ResourceBinding {
+        group: 0,
+        binding: 0,
+    });
+    drop(globals);
+    assert_eq!(broken_rule(&module), Some(7));
+}
+
+#[test]
+fn rule_8_the_authors_functions_stay_what_they_were() {
+    let before = module();
+    let mut after = module();
+    let (helper, _) = after.functions.iter().next().expect("the helper");
+    after.functions[helper].name = Some("other".to_owned());
+    let broken = verify::follows(&before, &after, &[], &[]);
+    assert_eq!(broken.map_err(|broken| broken.rule), Err(8));
+    assert_eq!(verify::follows(&before, &before, &[], &[]), Ok(()));
+}
+
+#[test]
+fn rule_9_the_authors_statements_keep_their_order() {
+    let module = module();
+    let before = &module.entry_points[0].function;
+    let mut after = before.clone();
+    assert_eq!(
+        verify::follows(&module, &module, &[0], &[(before, &after)]),
+        Ok(())
+    );
+    after.body.cull(1..2);
+    let broken = verify::follows(&module, &module, &[0], &[(before, &after)]);
+    assert_eq!(broken.map_err(|broken| broken.rule), Err(9));
+}

@@ -1,0 +1,138 @@
+//! Files in and out: `-` is standard input or output; what is written is written whole or not at all.
+
+use std::{
+    io::{Read, Write},
+    path::{Path, PathBuf},
+};
+
+use super::Failure;
+
+/// A file that is about to appear.
+pub(crate) struct Pending {
+    path: PathBuf,
+    temporary: tempfile::NamedTempFile,
+}
+
+/// Whether a path stands for standard input or output.
+pub(crate) fn is_stream(path: &Path) -> bool {
+    path == Path::new("-")
+}
+
+/// Reads a shader's text.
+pub(crate) fn read_text(path: &Path) -> Result<String, Failure> {
+    let outside = |error: std::io::Error| {
+        let name = if is_stream(path) {
+            "standard input".to_owned()
+        } else {
+            path.display().to_string()
+        };
+        let why = match error.kind() {
+            std::io::ErrorKind::InvalidData => "it is not text".to_owned(),
+            std::io::ErrorKind::NotFound => "there is no such file".to_owned(),
+            std::io::ErrorKind::IsADirectory => "it is a folder".to_owned(),
+            _ => error.to_string(),
+        };
+        Failure::Outside(format!("{name}: {why}"))
+    };
+    let mut text = String::new();
+    if is_stream(path) {
+        std::io::stdin()
+            .read_to_string(&mut text)
+            .map_err(outside)?;
+    } else {
+        std::fs::File::open(path)
+            .and_then(|mut file| file.read_to_string(&mut text))
+            .map_err(outside)?;
+    }
+    Ok(text)
+}
+
+/// What a text is called in messages.
+pub(crate) fn display_name(path: &Path) -> String {
+    match is_stream(path) {
+        true => "<stdin>".to_owned(),
+        false => path.display().to_string(),
+    }
+}
+
+/// Whether two paths lead to one file. A file that does not exist is compared by its folder and name.
+pub(crate) fn is_same(a: &Path, b: &Path) -> bool {
+    let resolved = |path: &Path| {
+        path.canonicalize().ok().or_else(|| {
+            let folder = match path.parent() {
+                Some(parent) if !parent.as_os_str().is_empty() => parent.canonicalize().ok()?,
+                _ => std::env::current_dir().ok()?,
+            };
+            Some(folder.join(path.file_name()?))
+        })
+    };
+    !is_stream(a) && !is_stream(b) && a == b || {
+        match (resolved(a), resolved(b)) {
+            (Some(a), Some(b)) => a == b,
+            _ => false,
+        }
+    }
+}
+
+/// Writes a file beside its place; [`Pending::appear`] puts it there.
+pub(crate) fn prepare(path: &Path, bytes: &[u8]) -> Result<Pending, Failure> {
+    let outside = |error: std::io::Error| {
+        Failure::Outside(format!("{}: it cannot be written: {error}", path.display()))
+    };
+    if path.is_dir() {
+        return Err(Failure::Outside(format!(
+            "{}: it is a folder",
+            path.display()
+        )));
+    }
+    let folder = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    let mut temporary = tempfile::Builder::new()
+        .prefix(".vrcs-")
+        .tempfile_in(folder)
+        .map_err(outside)?;
+    temporary.write_all(bytes).map_err(outside)?;
+    temporary.flush().map_err(outside)?;
+    Ok(Pending {
+        path: path.to_owned(),
+        temporary,
+    })
+}
+
+impl Pending {
+    /// Puts the file in its place.
+    pub(crate) fn appear(self) -> Result<(), Failure> {
+        let path = self.path;
+        // temporary files are private; what the user gets is as readable as any other file of theirs
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            let mode = std::fs::metadata(&path).map_or(0o644, |m| m.permissions().mode() & 0o777);
+            let _ = std::fs::set_permissions(
+                self.temporary.path(),
+                std::fs::Permissions::from_mode(mode),
+            );
+        }
+        self.temporary.persist(&path).map(|_| ()).map_err(|error| {
+            Failure::Outside(format!(
+                "{}: it cannot be written: {}",
+                path.display(),
+                error.error
+            ))
+        })
+    }
+}
+
+/// Writes bytes to standard output.
+pub(crate) fn to_stdout(bytes: &[u8]) -> Result<(), Failure> {
+    let mut stdout = std::io::stdout().lock();
+    stdout
+        .write_all(bytes)
+        .and_then(|()| stdout.flush())
+        .map_err(|error| match error.kind() {
+            std::io::ErrorKind::BrokenPipe => Failure::Outside(String::new()),
+            _ => Failure::Outside(format!("standard output: {error}")),
+        })
+}

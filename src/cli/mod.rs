@@ -1,0 +1,146 @@
+//! The program's command line.
+//!
+//! Results go to standard output, all else to standard error. Exit status: 0 done, 1 refused or failed, 2 misused, 3 input/output
+//! or device.
+
+mod check;
+mod demo;
+mod files;
+mod rewrite;
+mod talk;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use crate::check::gpu::GpuError;
+
+/// Makes compute shaders variable-rate, and proves on a real driver that they still do what they did.
+#[derive(Debug, Parser)]
+#[command(
+    name = "vrcs",
+    version,
+    max_term_width = 100,
+    after_help = "Examples:
+  vrcs rewrite lighting.wgsl -o lighting.vrcs.wgsl --manifest lighting.json
+  vrcs check lighting.wgsl --size 320x200 --cases 200
+  vrcs demo --out out
+
+Exit status: 0 done, 1 refused or failed, 2 misused, 3 input/output or device."
+)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Rewrite a WGSL shader into a variable-rate one. Needs no GPU.
+    Rewrite(rewrite::Arguments),
+    /// Check a rewrite on a driver: run original and rewritten shader over many shading rates, bit for bit.
+    Check(check::Arguments),
+    /// Shade a scene at full rate and at variable rate; write pictures and print what it saved.
+    Demo(demo::Arguments),
+    /// List the adapters that `check` and `demo` can run on.
+    Adapters,
+    /// One check, in a process of its own: what `check` starts.
+    #[command(hide = true)]
+    CheckChild,
+}
+
+/// Why the program ends without having done what was asked.
+#[derive(Debug)]
+pub(crate) enum Failure {
+    /// A shader was refused, or a check failed. The reasons have been told, or are told here.
+    Refused(String),
+    /// The arguments make no sense together.
+    Misused(String),
+    /// A file or the device did not do what it should.
+    Outside(String),
+}
+
+impl Failure {
+    fn status(&self) -> u8 {
+        match self {
+            Failure::Refused(_) => 1,
+            Failure::Misused(_) => 2,
+            Failure::Outside(_) => 3,
+        }
+    }
+
+    fn message(&self) -> &str {
+        match self {
+            Failure::Refused(message) | Failure::Misused(message) | Failure::Outside(message) => {
+                message
+            }
+        }
+    }
+}
+
+impl From<GpuError> for Failure {
+    fn from(error: GpuError) -> Failure {
+        match error {
+            GpuError::NoSuchAdapter { .. } => Failure::Misused(error.to_string()),
+            _ => Failure::Outside(error.to_string()),
+        }
+    }
+}
+
+/// Runs the program with the process's own arguments.
+pub fn run() -> ExitCode {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => {
+            // a reader that has gone away is not told
+            let _ = error.print();
+            return ExitCode::from(error.exit_code() as u8);
+        }
+    };
+    let outcome = match arguments.command {
+        Command::Rewrite(arguments) => rewrite::run(&arguments),
+        Command::Check(arguments) => check::run(&arguments),
+        Command::Demo(arguments) => demo::run(&arguments),
+        Command::Adapters => adapters(),
+        Command::CheckChild => check::child::run(),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            if !failure.message().is_empty() {
+                talk::error(failure.message());
+            }
+            ExitCode::from(failure.status())
+        }
+    }
+}
+
+fn adapters() -> Result<(), Failure> {
+    let adapters = crate::check::gpu::adapters();
+    if adapters.is_empty() {
+        return Err(GpuError::NoDriver.into());
+    }
+    for adapter in adapters {
+        let info = adapter.get_info();
+        let kind = match info.device_type {
+            wgpu::DeviceType::Cpu => "software",
+            wgpu::DeviceType::DiscreteGpu => "discrete GPU",
+            wgpu::DeviceType::IntegratedGpu => "integrated GPU",
+            wgpu::DeviceType::VirtualGpu => "virtual GPU",
+            wgpu::DeviceType::Other => "other",
+        };
+        talk::data(&format!(
+            "{}\t{:?}\t{kind}\t{} {}",
+            info.name, info.backend, info.driver, info.driver_info
+        ))?;
+    }
+    Ok(())
+}
+
+/// A picture's size on the command line: `WIDTHxHEIGHT`.
+fn parse_size(text: &str) -> Result<[u32; 2], String> {
+    let sides: Option<Vec<u32>> = text.split('x').map(|side| side.parse().ok()).collect();
+    match sides.as_deref() {
+        Some(&[width, height]) if width > 0 && height > 0 => Ok([width, height]),
+        _ => Err("a size is WIDTHxHEIGHT, for example 640x360".to_owned()),
+    }
+}

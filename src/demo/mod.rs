@@ -1,0 +1,389 @@
+//! The demo: a scene at full rate and at variable rate, side by side, with what it saved and what it cost.
+
+mod pictures;
+mod timing;
+
+use std::path::PathBuf;
+
+use vrcs_passes::{Options, Source, input};
+
+use crate::{
+    Rate,
+    analyse::{content, luma::Luma},
+    build::{
+        BuildOptions,
+        cpu::{self, Coordinates, Statistics},
+    },
+    check::{
+        self, Job, Report,
+        gpu::{Gpu, GpuError},
+    },
+    dispatch::{Pass, PassOptions},
+    sri::Sri,
+    view::View,
+};
+use timing::Timer;
+
+const SCENE: &str = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/shaders/plaza.wgsl"));
+
+/// What to show.
+#[derive(Clone, Debug)]
+pub struct Demo {
+    /// Width and height of the picture.
+    pub size: [u32; 2],
+    /// Where the pictures go.
+    pub out: PathBuf,
+    /// How noticeable a difference may be.
+    pub sensitivity: content::Sensitivity,
+}
+
+/// What was shown.
+#[derive(Clone, Debug)]
+pub struct Shown {
+    /// The driver.
+    pub adapter: String,
+    /// Width and height.
+    pub size: [u32; 2],
+    /// How much was shaded.
+    pub statistics: Statistics,
+    /// The share of quads at each rate.
+    pub rates: Vec<(Rate, f64)>,
+    /// Milliseconds of the original, of the rewritten shader at full rate, of the coordinate build, and of the rewritten
+    /// shader at these rates.
+    pub times: Times,
+    /// Peak signal-to-noise ratio of the variable-rate picture against the full-rate one, in decibels.
+    pub psnr: f64,
+    /// The laws, held on the same shader in small.
+    pub laws: Report,
+    /// The pictures that were written.
+    pub pictures: Vec<PathBuf>,
+}
+
+/// Times in milliseconds, medians.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Times {
+    /// The original.
+    pub original: f64,
+    /// The rewritten shader with every rate 1×1.
+    pub identity: f64,
+    /// The coordinate build.
+    pub build: f64,
+    /// The rewritten shader at the scene's rates.
+    pub variable: f64,
+    /// Whether the GPU's own clock was read, rather than the host's.
+    pub by_gpu: bool,
+}
+
+/// Why the demo could not be shown.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum DemoError {
+    /// There is no device, or it refused something.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    /// A picture could not be written.
+    #[error("{path}: {why}")]
+    Write {
+        /// The file.
+        path: String,
+        /// Why.
+        why: String,
+    },
+    /// Something of this crate's own went wrong.
+    #[error("{0}")]
+    Own(String),
+}
+
+/// The parameters of the scene, as in its `Frame`.
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+struct Frame {
+    size: [u32; 2],
+    time: f32,
+    padding: u32,
+}
+
+/// The scene on a device.
+struct Stage<'g> {
+    gpu: &'g Gpu,
+    size: [u32; 2],
+    original: wgpu::ComputePipeline,
+    rewritten: Pass,
+    view: View,
+    picture: wgpu::Texture,
+    group: wgpu::BindGroup,
+}
+
+impl Demo {
+    /// Runs the demo. `progress` is told what comes next.
+    ///
+    /// # Errors
+    /// If there is no device, or a picture cannot be written.
+    pub fn run(&self, gpu: &Gpu, progress: &mut dyn FnMut(&str)) -> Result<Shown, DemoError> {
+        progress("making pipelines");
+        let mut stage = Stage::new(gpu, self.size)?;
+        progress("shading at full rate");
+        let full = stage.shade_original()?;
+        let [width, height] = self.size;
+        let luma = Luma::from_rgba8(width, height, &full);
+        let sri = content::analyse(&luma, &self.sensitivity);
+        progress("shading at variable rate");
+        let (variable, coordinates) = stage.shade(&sri)?;
+        progress("measuring");
+        let times = stage.times(&sri)?;
+        progress("holding the laws");
+        let laws = laws(gpu)?;
+        progress("writing pictures");
+        let pictures = pictures::write(&self.out, self.size, &full, &variable, &sri, &coordinates)?;
+        Ok(Shown {
+            adapter: gpu.info.name.clone(),
+            size: self.size,
+            statistics: coordinates.statistics(),
+            rates: shares(&sri),
+            times,
+            psnr: psnr(&full, &variable),
+            laws,
+            pictures,
+        })
+    }
+}
+
+fn own(error: impl std::fmt::Display) -> DemoError {
+    DemoError::Own(error.to_string())
+}
+
+/// The share of quads at each rate.
+fn shares(sri: &Sri) -> Vec<(Rate, f64)> {
+    let layout = sri.layout();
+    let quads = f64::from(layout.width * layout.height);
+    [Rate::R1X1, Rate::R1X2, Rate::R2X1, Rate::R2X2]
+        .into_iter()
+        .map(|rate| {
+            let count = (0..layout.height)
+                .flat_map(|y| (0..layout.width).map(move |x| (x, y)))
+                .filter(|&(x, y)| sri.rate(x, y, Rate::R2X2) == rate)
+                .count();
+            (rate, count as f64 / quads)
+        })
+        .collect()
+}
+
+/// Holds the laws on the scene's shader, in small.
+fn laws(gpu: &Gpu) -> Result<Report, DemoError> {
+    let source = Source::new("plaza.wgsl", SCENE);
+    let (module, info) = input::wgsl(&source).map_err(own)?;
+    let mut job = Job::new("plaza");
+    job.cases = 32;
+    job.settings.set.insert("time".to_owned(), vec![1.0]);
+    check::check(gpu, &source, &module, &info, &job, &mut |_| {}).map_err(own)
+}
+
+/// Peak signal-to-noise ratio over red, green and blue, in decibels; infinite if the pictures are equal.
+pub fn psnr(a: &[u8], b: &[u8]) -> f64 {
+    let mut sum = 0.0;
+    let mut count = 0.0;
+    for (a, b) in a.chunks_exact(4).zip(b.chunks_exact(4)) {
+        for channel in 0..3 {
+            sum += (f64::from(a[channel]) - f64::from(b[channel])).powi(2);
+            count += 1.0;
+        }
+    }
+    10.0 * (255.0f64.powi(2) / (sum / count)).log10()
+}
+
+impl<'g> Stage<'g> {
+    fn new(gpu: &'g Gpu, size: [u32; 2]) -> Result<Stage<'g>, DemoError> {
+        let source = Source::new("plaza.wgsl", SCENE);
+        let (module, info) = input::wgsl(&source).map_err(own)?;
+        let options = PassOptions {
+            label: Some("plaza, variable rate"),
+            rewrite: Options::default(),
+            ..PassOptions::default()
+        };
+        let rewritten =
+            Pass::from_module(&gpu.device, &module, &info, &source, &options).map_err(own)?;
+        let Some(layout) = rewritten.bind_group_layout(0) else {
+            return Err(own("the scene has no bind group"));
+        };
+        let pipeline_layout = gpu
+            .device
+            .create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some("plaza"),
+                bind_group_layouts: &[Some(layout)],
+                immediate_size: 0,
+            });
+        let shader = gpu
+            .device
+            .create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some("plaza"),
+                source: wgpu::ShaderSource::Wgsl(SCENE.into()),
+            });
+        let original = gpu
+            .device
+            .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some("plaza"),
+                layout: Some(&pipeline_layout),
+                module: &shader,
+                entry_point: Some("plaza"),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                cache: None,
+            });
+        let picture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("picture"),
+            size: wgpu::Extent3d {
+                width: size[0],
+                height: size[1],
+                depth_or_array_layers: 1,
+            },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::Rgba8Unorm,
+            usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::COPY_SRC,
+            view_formats: &[],
+        });
+        let frame = Frame {
+            size,
+            time: 1.0,
+            padding: 0,
+        };
+        let frame = gpu.buffer(
+            "frame",
+            bytemuck::bytes_of(&frame),
+            wgpu::BufferUsages::UNIFORM,
+        );
+        let view_of_picture = picture.create_view(&wgpu::TextureViewDescriptor::default());
+        let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("plaza"),
+            layout,
+            entries: &[
+                wgpu::BindGroupEntry {
+                    binding: 0,
+                    resource: frame.as_entire_binding(),
+                },
+                wgpu::BindGroupEntry {
+                    binding: 1,
+                    resource: wgpu::BindingResource::TextureView(&view_of_picture),
+                },
+            ],
+        });
+        let view = View::new(
+            &gpu.device,
+            &gpu.queue,
+            [size[0], size[1], 1],
+            BuildOptions::default(),
+        )
+        .map_err(own)?;
+        gpu.check()?;
+        Ok(Stage {
+            gpu,
+            size,
+            original,
+            rewritten,
+            view,
+            picture,
+            group,
+        })
+    }
+
+    fn record_original(&self, pass: &mut wgpu::ComputePass) {
+        pass.set_pipeline(&self.original);
+        pass.set_bind_group(0, &self.group, &[]);
+        pass.dispatch_workgroups(self.size[0].div_ceil(8), self.size[1].div_ceil(8), 1);
+    }
+
+    fn record_rewritten(&self, pass: &mut wgpu::ComputePass) {
+        pass.set_bind_group(0, &self.group, &[]);
+        self.rewritten.dispatch(pass, &self.view);
+    }
+
+    /// The picture of the original shader, RGBA, row by row.
+    fn shade_original(&self) -> Result<Vec<u8>, DemoError> {
+        let mut encoder = self.gpu.encoder();
+        self.record_original(
+            &mut encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default()),
+        );
+        self.read(encoder)
+    }
+
+    /// The picture of the rewritten shader at given rates, and the coordinates that it was shaded by.
+    fn shade(&mut self, sri: &Sri) -> Result<(Vec<u8>, Coordinates), DemoError> {
+        self.view.write_sri(&self.gpu.queue, sri).map_err(own)?;
+        let mut encoder = self.gpu.encoder();
+        self.view.build(&mut encoder);
+        self.record_rewritten(
+            &mut encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default()),
+        );
+        let picture = self.read(encoder)?;
+        Ok((
+            picture,
+            cpu::build(sri, self.size, &BuildOptions::default()),
+        ))
+    }
+
+    fn read(&self, mut encoder: wgpu::CommandEncoder) -> Result<Vec<u8>, DemoError> {
+        let row = self.size[0] * 4;
+        let pitch = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+        let buffer = self.gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("picture read-back"),
+            size: u64::from(pitch) * u64::from(self.size[1]),
+            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
+            mapped_at_creation: false,
+        });
+        encoder.copy_texture_to_buffer(
+            self.picture.as_image_copy(),
+            wgpu::TexelCopyBufferInfo {
+                buffer: &buffer,
+                layout: wgpu::TexelCopyBufferLayout {
+                    offset: 0,
+                    bytes_per_row: Some(pitch),
+                    rows_per_image: None,
+                },
+            },
+            self.picture.size(),
+        );
+        let bytes = self.gpu.submit_and_read(encoder, &[&buffer])?;
+        Ok(bytes[0]
+            .chunks(pitch as usize)
+            .flat_map(|padded| &padded[..row as usize])
+            .copied()
+            .collect())
+    }
+
+    /// Measures each part, in turn, so that all see the same machine.
+    fn times(&mut self, sri: &Sri) -> Result<Times, DemoError> {
+        let mut timer = Timer::new(self.gpu);
+        let identity = Sri::uniform(self.size[0], self.size[1], Rate::R1X1);
+        let mut samples: [Vec<f64>; 4] = Default::default();
+        // a software driver takes its time; a GPU has to warm up
+        let rounds = if self.gpu.is_software() { 3 } else { 30 };
+        for round in 0..rounds + 1 {
+            self.view
+                .write_sri(&self.gpu.queue, &identity)
+                .map_err(own)?;
+            let original = timer.time(self.gpu, |pass| self.record_original(pass))?;
+            timer.time(self.gpu, |pass| self.view.build_in(pass))?;
+            let at_full_rate = timer.time(self.gpu, |pass| self.record_rewritten(pass))?;
+            self.view.write_sri(&self.gpu.queue, sri).map_err(own)?;
+            let build = timer.time(self.gpu, |pass| self.view.build_in(pass))?;
+            let variable = timer.time(self.gpu, |pass| self.record_rewritten(pass))?;
+            if round > 0 {
+                for (samples, time) in
+                    samples
+                        .iter_mut()
+                        .zip([original, at_full_rate, build, variable])
+                {
+                    samples.push(time);
+                }
+            }
+        }
+        let [original, identity, build, variable] = samples.map(timing::median);
+        Ok(Times {
+            original,
+            identity,
+            build,
+            variable,
+            by_gpu: timer.by_gpu(),
+        })
+    }
+}

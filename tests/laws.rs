@@ -1,0 +1,115 @@
+//! The laws of the contract, bit for bit, for shaders of every shape that is rewritten: hundreds of shading-rate images each,
+//! views that are a part of a larger picture among them, outputs poisoned beforehand.
+
+mod common;
+
+use vrcs::check::{Job, Law, Route};
+
+fn hold(name: &str) {
+    let source = common::shader(name);
+    let mut job = Job::new("main");
+    job.seed = common::seed();
+    job.cases = 224;
+    let report = common::run(&source, &job);
+    common::assert_passed(&report);
+    for law in [
+        Law::Identity,
+        Law::Off,
+        Law::Replication,
+        Law::Locality,
+        Law::Contract,
+        Law::Partition,
+        Law::Builder,
+    ] {
+        assert!(
+            report.held.get(&law).is_some_and(|&times| times > 10),
+            "{law}: {report:?}"
+        );
+    }
+    // the same as a module, with another picture: the two routes give the same pixels
+    let job = Job {
+        route: Route::Module,
+        size: [40, 33],
+        cases: 32,
+        ..job
+    };
+    common::assert_passed(&common::run(&source, &job));
+}
+
+macro_rules! laws {
+    ($($name:ident)+) => {
+        $(
+            #[test]
+            fn $name() {
+                hold(stringify!($name));
+            }
+        )+
+
+        #[test]
+        fn every_shader_has_its_test() {
+            let tested = [$(stringify!($name)),+];
+            for entry in std::fs::read_dir(common::shader_path("").parent().expect("a folder")).expect("shaders") {
+                let path = entry.expect("an entry").path();
+                let name = path.file_stem().expect("a name").to_string_lossy().into_owned();
+                assert!(tested.contains(&name.as_str()), "{name} is not tested");
+            }
+        }
+    };
+}
+
+laws! {
+    accumulate
+    blocks
+    branches
+    buffer
+    buffer_parts
+    clamped
+    early_returns
+    flipped
+    group_and_local
+    guarded
+    helpers
+    layers
+    lone_groups
+    morton
+    odd_groups
+    overrides
+    plain
+    private_place
+    sliced_loop
+    split_screen
+    strided
+    targets
+    tile_order
+    transposed
+}
+
+#[test]
+fn pictures_of_any_size() {
+    for size in [
+        [1, 1],
+        [2, 3],
+        [15, 17],
+        [31, 33],
+        [16, 16],
+        [17, 1],
+        [1, 40],
+    ] {
+        for name in ["plain", "guarded", "buffer"] {
+            let mut job = Job::new("main");
+            job.seed = common::seed();
+            job.size = size;
+            job.cases = 32;
+            if name == "guarded" {
+                // something has to be left inside the border
+                job.settings.set.insert("border".to_owned(), vec![0.0]);
+            }
+            let report = common::run(&common::shader(name), &job);
+            // a picture of a few pixels may be the same everywhere
+            if size[0].min(size[1]) > 8 {
+                common::assert_passed(&report);
+            }
+            assert_eq!(report.failure, None, "{name} {size:?}");
+        }
+    }
+}
