@@ -66,18 +66,22 @@ pub(crate) fn is_same(a: &Path, b: &Path) -> bool {
             Some(folder.join(path.file_name()?))
         })
     };
-    !is_stream(a) && !is_stream(b) && a == b || {
-        match (resolved(a), resolved(b)) {
-            (Some(a), Some(b)) => a == b,
-            _ => false,
-        }
+    if is_stream(a) || is_stream(b) {
+        return false;
     }
+    a == b || matches!((resolved(a), resolved(b)), (Some(a), Some(b)) if a == b)
 }
 
 /// Writes a file beside its place; [`Pending::appear`] puts it there.
 pub(crate) fn prepare(path: &Path, bytes: &[u8]) -> Result<Pending, Failure> {
     let outside = |error: std::io::Error| {
-        Failure::Outside(format!("{}: it cannot be written: {error}", path.display()))
+        let why = match error.kind() {
+            std::io::ErrorKind::NotFound => "there is no such folder".to_owned(),
+            std::io::ErrorKind::PermissionDenied => "the folder cannot be written to".to_owned(),
+            std::io::ErrorKind::StorageFull => "the disk is full".to_owned(),
+            _ => error.to_string(),
+        };
+        Failure::Outside(format!("{}: {why}", path.display()))
     };
     if path.is_dir() {
         return Err(Failure::Outside(format!(

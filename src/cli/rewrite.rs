@@ -93,7 +93,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             files::display_name(&arguments.shader)
         ))
     })?;
-    report(&source, &mut rewritten);
+    warn(&source, &mut rewritten);
 
     let manifest = match serde_json::to_string_pretty(&rewritten.manifest) {
         Ok(json) => json + "\n",
@@ -121,6 +121,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.manifest.as_deref().is_some_and(files::is_stream) {
         files::to_stdout(manifest.as_bytes())?;
     }
+    tell(&rewritten);
     Ok(())
 }
 
@@ -164,20 +165,20 @@ pub(super) fn rewrite(
     })
 }
 
-/// Tells what was done, and puts the warnings into the manifest.
-fn report(source: &Source, rewritten: &mut Rewritten) {
+/// Gives the warnings, and puts them into the manifest.
+fn warn(source: &Source, rewritten: &mut Rewritten) {
     for (entry, warning) in &rewritten.warnings {
         talk::say(&warning.render(source, talk::color()));
-        if let Some(of) = rewritten
-            .manifest
-            .entries
-            .iter_mut()
-            .find(|e| e.name == *entry)
-        {
+        let entries = &mut rewritten.manifest.entries;
+        if let Some(of) = entries.iter_mut().find(|e| e.name == *entry) {
             of.warnings
                 .push(manifest::Warning::new(warning, Some(source)));
         }
     }
+}
+
+/// Tells what was done.
+fn tell(rewritten: &Rewritten) {
     for (entry, finding) in &rewritten.left_alone {
         talk::say(&format!(
             "note: `{entry}` is left as it is: {}",

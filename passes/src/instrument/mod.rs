@@ -10,6 +10,8 @@
 
 mod address;
 
+use std::collections::BTreeSet;
+
 use naga::{
     Binding, BuiltIn, Expression, Function, FunctionArgument, GlobalVariable, Handle, Module,
     ResourceBinding, Scalar, Span, Statement, TypeInner,
@@ -20,6 +22,7 @@ use crate::ir::{
     build::{self, Code},
     import::Imports,
     statements::rebuild,
+    visit,
 };
 
 /// The size of a resource that a shader stores to.
@@ -146,14 +149,19 @@ fn instrument(
         shapes,
         base,
         moved: Vec::with_capacity(module.functions.len()),
+        stores: true,
         sites: Vec::new(),
     };
+    let reachable = reachable(module, entry);
     for (handle, function) in module.functions.iter() {
         let mut function = function.clone();
+        // other entry points may store to what this one does not even bind
+        cx.stores = reachable.contains(&handle);
         cx.function(&mut instrumented, &mut function, &info[handle]);
         let span = module.functions.get_span(handle);
         cx.moved.push(instrumented.functions.append(function, span));
     }
+    cx.stores = true;
     let mut entry_point = module.entry_points[entry].clone();
     let function = &mut entry_point.function;
     cx.function(&mut instrumented, function, info.get_entry_point(entry));
@@ -164,6 +172,22 @@ fn instrument(
         module: instrumented,
         binding,
     }
+}
+
+/// The functions that an entry point may call.
+fn reachable(module: &Module, entry: usize) -> BTreeSet<Handle<Function>> {
+    let mut found = BTreeSet::new();
+    let mut open = vec![&module.entry_points[entry].function];
+    while let Some(function) = open.pop() {
+        visit::statements(&function.body, &mut |statement| {
+            if let Statement::Call { function, .. } = *statement
+                && found.insert(function)
+            {
+                open.push(&module.functions[function]);
+            }
+        });
+    }
+    found
 }
 
 /// A binding number that the module leaves free, in the group that it uses most.
@@ -190,6 +214,8 @@ struct Context<'c> {
     base: &'c dyn Fn(Handle<GlobalVariable>) -> u32,
     /// Where the author's functions are now.
     moved: Vec<Handle<Function>>,
+    /// Whether the function at hand is instrumented.
+    stores: bool,
     sites: Vec<Site>,
 }
 
@@ -208,6 +234,7 @@ impl Context<'_> {
             }
             if let Statement::Store { pointer, .. } | Statement::ImageStore { image: pointer, .. } =
                 statement
+                && self.stores
                 && let Some(destination) =
                     address::destination(self.original, function, &statement, pointer)
             {
