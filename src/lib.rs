@@ -1,6 +1,41 @@
-//! tmp
-#![allow(missing_docs)]
+//! Variable-rate compute shaders for wgpu.
+//!
+//! Most pixels of most frames look like their neighbours. This crate shades such pixels once and copies the result, in any
+//! compute shader that stores per pixel, without a change in its source: [`vrcs_passes`] rewrites the shader, and this runtime
+//! makes what the rewritten shader needs, in the caller's own renderer.
+//!
+//! - A [`View`] holds one picture's shading rates (a [shading-rate image](sri): one byte for each quad of 2×2 pixels) and the
+//!   coordinate buffer that is [built](build) from them. In it, *primary* pixels are packed together, so that whole waves
+//!   of *duplicates* find nothing to do and retire.
+//! - A [`Pass`] is a rewritten shader as a pipeline. Any number of passes share a view.
+//! - [`analyse`] tells from what a frame looked like how coarse the next may be.
+//!
+//! ```no_run
+//! # fn f(device: &wgpu::Device, queue: &wgpu::Queue, encoder: &mut wgpu::CommandEncoder, group: &wgpu::BindGroup)
+//! # -> Result<(), Box<dyn std::error::Error>> {
+//! # let rates = vrcs::sri::Sri::uniform(1920, 1080, vrcs::Rate::R2X2);
+//! // once
+//! let source = vrcs_passes::Source::new("light.wgsl", std::fs::read_to_string("light.wgsl")?);
+//! let light = vrcs::Pass::new(device, &source, &vrcs::PassOptions::default())?;
+//! let view = vrcs::View::new(device, queue, [1920, 1080, 1], vrcs::build::BuildOptions::default())?;
+//!
+//! // each frame
+//! view.write_sri(queue, &rates)?;
+//! view.build(encoder);
+//! let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+//! pass.set_bind_group(0, group, &[]);
+//! light.dispatch(&mut pass, &view);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! The library takes the caller's device and records into the caller's encoder or compute pass. It never makes a device,
+//! submits, polls, prints or exits. The feature `cli` (on by default) adds the `vrcs` program and what it is made of:
+//! `check`, which proves a rewrite on a driver, and `demo`.
+
 pub mod analyse;
+#[cfg(feature = "cli")]
+mod atomic;
 pub mod build;
 #[cfg(feature = "cli")]
 pub mod check;
@@ -13,4 +48,7 @@ mod kernel;
 pub mod rate;
 pub mod sri;
 pub mod view;
+
+pub use dispatch::{Pass, PassError, PassOptions};
 pub use rate::Rate;
+pub use view::{View, ViewError};

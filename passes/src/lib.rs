@@ -37,8 +37,6 @@
 //! [`analysis`] learns everything about the untouched module, [`plan`] decides, [`transform`] carries out, [`ir::verify`] checks
 //! what naga's validator does not, and [`emit`] writes WGSL and compares a fresh parse of it with the module.
 
-#![allow(missing_docs)]
-
 pub mod analysis;
 pub mod emit;
 pub mod finding;

@@ -2,16 +2,11 @@
 
 use std::{
     io::{Read, Write},
-    path::{Path, PathBuf},
+    path::Path,
 };
 
 use super::Failure;
-
-/// A file that is about to appear.
-pub(crate) struct Pending {
-    path: PathBuf,
-    temporary: tempfile::NamedTempFile,
-}
+use crate::atomic::Pending;
 
 /// Whether a path stands for standard input or output.
 pub(crate) fn is_stream(path: &Path) -> bool {
@@ -74,59 +69,24 @@ pub(crate) fn is_same(a: &Path, b: &Path) -> bool {
 
 /// Writes a file beside its place; [`Pending::appear`] puts it there.
 pub(crate) fn prepare(path: &Path, bytes: &[u8]) -> Result<Pending, Failure> {
-    let outside = |error: std::io::Error| {
-        let why = match error.kind() {
-            std::io::ErrorKind::NotFound => "there is no such folder".to_owned(),
-            std::io::ErrorKind::PermissionDenied => "the folder cannot be written to".to_owned(),
-            std::io::ErrorKind::StorageFull => "the disk is full".to_owned(),
-            _ => error.to_string(),
-        };
-        Failure::Outside(format!("{}: {why}", path.display()))
-    };
     if path.is_dir() {
         return Err(Failure::Outside(format!(
             "{}: it is a folder",
             path.display()
         )));
     }
-    let folder = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
-    let mut temporary = tempfile::Builder::new()
-        .prefix(".vrcs-")
-        .tempfile_in(folder)
-        .map_err(outside)?;
-    temporary.write_all(bytes).map_err(outside)?;
-    temporary.flush().map_err(outside)?;
-    Ok(Pending {
-        path: path.to_owned(),
-        temporary,
-    })
+    Pending::new(path, bytes).map_err(|error| unwritable(path, &error))
 }
 
-impl Pending {
-    /// Puts the file in its place.
-    pub(crate) fn appear(self) -> Result<(), Failure> {
-        let path = self.path;
-        // temporary files are private; what the user gets is as readable as any other file of theirs
-        #[cfg(unix)]
-        {
-            use std::os::unix::fs::PermissionsExt;
-            let mode = std::fs::metadata(&path).map_or(0o644, |m| m.permissions().mode() & 0o777);
-            let _ = std::fs::set_permissions(
-                self.temporary.path(),
-                std::fs::Permissions::from_mode(mode),
-            );
-        }
-        self.temporary.persist(&path).map(|_| ()).map_err(|error| {
-            Failure::Outside(format!(
-                "{}: it cannot be written: {}",
-                path.display(),
-                error.error
-            ))
-        })
-    }
+/// Tells why a file cannot be written.
+pub(crate) fn unwritable(path: &Path, error: &std::io::Error) -> Failure {
+    let why = match error.kind() {
+        std::io::ErrorKind::NotFound => "there is no such folder".to_owned(),
+        std::io::ErrorKind::PermissionDenied => "the folder cannot be written to".to_owned(),
+        std::io::ErrorKind::StorageFull => "the disk is full".to_owned(),
+        _ => error.to_string(),
+    };
+    Failure::Outside(format!("{}: {why}", path.display()))
 }
 
 /// Writes bytes to standard output.

@@ -107,13 +107,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     ] {
         match path {
             Some(path) if !files::is_stream(path) => {
-                pending.push(files::prepare(path, bytes.as_bytes())?);
+                pending.push((path, files::prepare(path, bytes.as_bytes())?));
             }
             _ => {}
         }
     }
-    for file in pending {
-        file.appear()?;
+    for (path, file) in pending {
+        file.appear()
+            .map_err(|error| files::unwritable(path, &error))?;
     }
     if files::is_stream(&arguments.output) {
         files::to_stdout(text.as_bytes())?;

@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use image::{Rgba, RgbaImage};
+use image::{Rgba, RgbaImage, imageops};
 
 use super::DemoError;
-use crate::{Rate, build::cpu::Coordinates, sri::Sri};
+use crate::{Rate, atomic, build::cpu::Coordinates, sri::Sri};
 
 /// The colour of a rate in overlays: warm where shading is dense, cool where it is sparse.
 pub fn rate_color(rate: Rate) -> [u8; 3] {
@@ -51,15 +51,12 @@ pub(super) fn write(
             a[i].abs_diff(b[i]).saturating_mul(16)
         }))
     });
+    let full = RgbaImage::from_fn(width, height, |x, y| opaque(pixel(full, x, y)));
+    let variable = RgbaImage::from_fn(width, height, |x, y| opaque(pixel(variable, x, y)));
     let pictures = [
-        (
-            "full.png",
-            RgbaImage::from_fn(width, height, |x, y| opaque(pixel(full, x, y))),
-        ),
-        (
-            "variable.png",
-            RgbaImage::from_fn(width, height, |x, y| opaque(pixel(variable, x, y))),
-        ),
+        ("overview.png", side_by_side(&[&full, &rates, &variable])),
+        ("full.png", full),
+        ("variable.png", variable),
         ("rates.png", rates),
         ("primaries.png", primaries(size, coordinates)),
         ("difference.png", difference),
@@ -72,6 +69,20 @@ pub(super) fn write(
             Ok(path)
         })
         .collect()
+}
+
+/// Pictures of one size in a row, at half their size.
+fn side_by_side(pictures: &[&RgbaImage]) -> RgbaImage {
+    let (width, height) = (
+        pictures[0].width().div_ceil(2),
+        pictures[0].height().div_ceil(2),
+    );
+    let mut row = RgbaImage::new(width * pictures.len() as u32, height);
+    for (index, picture) in pictures.iter().enumerate() {
+        let half = imageops::resize(*picture, width, height, imageops::FilterType::Triangle);
+        imageops::replace(&mut row, &half, i64::from(width) * index as i64, 0);
+    }
+    row
 }
 
 /// Primaries and duplicates, in the slides' manner: tiles in which every pixel is its own primary are yellow.
@@ -98,23 +109,15 @@ fn primaries(size: [u32; 2], coordinates: &Coordinates) -> RgbaImage {
     })
 }
 
-/// Writes a picture: to a temporary file first, so that there never is half a picture.
+/// Writes a picture.
 fn save(picture: &RgbaImage, path: &Path) -> Result<(), DemoError> {
     let wrong = |why: String| DemoError::Write {
         path: path.display().to_string(),
         why,
     };
-    let folder = path.parent().unwrap_or(Path::new("."));
-    let temporary = tempfile::Builder::new()
-        .prefix(".vrcs-")
-        .suffix(".png")
-        .tempfile_in(folder)
-        .map_err(|error| wrong(error.to_string()))?;
+    let mut png = std::io::Cursor::new(Vec::new());
     picture
-        .save_with_format(temporary.path(), image::ImageFormat::Png)
+        .write_to(&mut png, image::ImageFormat::Png)
         .map_err(|error| wrong(error.to_string()))?;
-    temporary
-        .persist(path)
-        .map_err(|error| wrong(error.to_string()))?;
-    Ok(())
+    atomic::write(path, png.get_ref()).map_err(|error| wrong(error.to_string()))
 }

@@ -4,7 +4,7 @@
 //! `enable subgroups;`. It puts an underscore behind names that end in a digit, overrides included, which the host
 //! sets by name. And it panics on ray queries and on initialisers that are computed from overrides.
 //!
-//! *Does*: writes the text, [puts back](repair) what was left out, then [compares](audit) a fresh parse of it with the
+//! *Does*: writes the text, puts back what was left out, then [compares](audit) a fresh parse of it with the
 //! module.
 //! *Guarantees*: text that parses, with the same structs byte for byte, the same bindings, entry points, workgroup sizes
 //! and overrides.

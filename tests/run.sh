@@ -1,0 +1,33 @@
+#!/bin/bash
+# Installs what the tests need, and passes them: format, lints, documentation, and all tests on every driver there is.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+tests/setup.sh tests
+
+tools="spirv-val"
+swiftshader=/usr/lib/chromium/vk_swiftshader_icd.json
+if [ -e "$swiftshader" ]; then
+    tools="$tools chromium"
+else
+    echo "chromium is not here: the tests 'tint' and the laws on SwiftShader are skipped"
+fi
+export VRCS_REQUIRE_TOOLS="$tools"
+# Mesa's layer for choosing among displays complains where there is no display
+export NODEVICE_SELECT=1
+
+# the software driver that the figures and the golden pictures are made with
+lavapipe="$(find /usr/share/vulkan/icd.d -name 'lvp_icd*.json' | sort | tr '\n' ':')"
+
+echo "== format, lints, documentation"
+cargo fmt --all -- --check
+cargo clippy --workspace --all-targets -- -D warnings
+RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps
+
+echo "== tests, on lavapipe"
+VK_DRIVER_FILES="${lavapipe%:}" cargo test --workspace
+
+if [ -e "$swiftshader" ]; then
+    echo "== laws, on SwiftShader"
+    VK_DRIVER_FILES="$swiftshader" cargo test --test laws --test builder
+fi
