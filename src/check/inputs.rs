@@ -4,7 +4,7 @@
 //! floats lie in 0 to 1. Settings and files override all of that by name. Resources that the shader writes start as
 //! poison: values that a shader would hardly store by chance, and never NaN, since a shader may read them.
 
-use std::{collections::BTreeMap, path::PathBuf};
+use std::{collections::BTreeMap, path::PathBuf, rc::Rc};
 
 use fastrand::Rng;
 use naga::{
@@ -84,6 +84,7 @@ pub enum MadeKind {
 }
 
 /// What is made up.
+#[derive(Clone)]
 pub struct Maker<'m> {
     /// Where it is made.
     pub gpu: &'m Gpu,
@@ -95,7 +96,8 @@ pub struct Maker<'m> {
     pub size: [u32; 2],
     /// Layers of arrayed textures, depth of 3-D ones.
     pub layers: u32,
-    layouter: Layouter,
+    layouter: Rc<Layouter>,
+    breadth: u32,
 }
 
 /// The seeds of a set of inputs.
@@ -105,6 +107,8 @@ pub struct Seeds {
     pub uniforms: u64,
     /// Of textures and storage buffers that are only read.
     pub data: u64,
+    /// How varied the numbers are: 0 for small integers, and floats between 0 and 1.
+    pub breadth: u32,
 }
 
 impl<'m> Maker<'m> {
@@ -125,7 +129,8 @@ impl<'m> Maker<'m> {
             settings,
             size,
             layers,
-            layouter,
+            layouter: Rc::new(layouter),
+            breadth: 0,
         }
     }
 
@@ -139,6 +144,10 @@ impl<'m> Maker<'m> {
         written: &dyn Fn(Handle<naga::GlobalVariable>) -> bool,
         seeds: Seeds,
     ) -> Result<Vec<Made>, InputError> {
+        let maker = Maker {
+            breadth: seeds.breadth,
+            ..self.clone()
+        };
         resources
             .iter()
             .enumerate()
@@ -153,7 +162,7 @@ impl<'m> Maker<'m> {
                 let mut rng = Rng::with_seed(seed.wrapping_add(index as u64 * 0x9e37_79b9));
                 Ok(Made {
                     resource: resource.clone(),
-                    kind: self.make_one(resource, written, &mut rng)?,
+                    kind: maker.make_one(resource, written, &mut rng)?,
                     written,
                 })
             })
@@ -161,7 +170,7 @@ impl<'m> Maker<'m> {
     }
 
     /// Makes up immediates; empty if the shader has none.
-    pub fn immediates(&self, seed: u64) -> Vec<u8> {
+    pub fn immediates(&self, seed: u64, breadth: u32) -> Vec<u8> {
         let immediate = self
             .module
             .global_variables
@@ -172,7 +181,11 @@ impl<'m> Maker<'m> {
         };
         let mut bytes = vec![0; self.layouter[global.ty].size.next_multiple_of(4) as usize];
         let name = global.name.as_deref().unwrap_or_default();
-        self.fill(
+        let maker = Maker {
+            breadth,
+            ..self.clone()
+        };
+        maker.fill(
             global.ty,
             name,
             &mut bytes,
@@ -436,7 +449,10 @@ impl<'m> Maker<'m> {
         }
         (0..count)
             .map(|_| match scalar.kind {
-                ScalarKind::Float => rng.f64(),
+                ScalarKind::Float => {
+                    let breadth = f64::from(self.breadth);
+                    rng.f64() * (1.0 + 2.0 * breadth) - breadth
+                }
                 _ if is(&[
                     "count",
                     "num",
@@ -449,7 +465,7 @@ impl<'m> Maker<'m> {
                 {
                     f64::from(rng.u8(1..5))
                 }
-                _ => f64::from(rng.u8(0..8)),
+                _ => f64::from(rng.u32(0..8 << self.breadth.min(6))),
             })
             .collect()
     }

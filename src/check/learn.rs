@@ -11,12 +11,12 @@ use super::{
     compare::Original,
     inputs::{Made, Maker, Seeds},
     reference::{AddressBook, Log, position},
-    run::Outputs,
+    run::{Outputs, Program},
     session::{
         Session, Stop, inconclusive, initial_bytes, shape_of, texel_bytes, to_words, validated,
     },
 };
-use crate::dispatch::reflect;
+use crate::dispatch::reflect::{self, Resource};
 
 /// Runs with other data, from which the shader's addresses and its domain are learnt.
 const DATA_SETS: u64 = 3;
@@ -36,103 +36,185 @@ pub(super) struct Set {
     pub(super) uniform: Vec<(Vec<u32>, [u32; 2], Outputs)>,
 }
 
+/// One run of the original.
+struct Run {
+    made: Vec<Made>,
+    outputs: Outputs,
+    log: Log,
+}
+
+/// The builds that are watched, and the dispatch that they get; the same for every set.
+pub(super) struct Watch {
+    resources: Vec<Resource>,
+    /// Workgroups, and invocations, of the original dispatch.
+    groups: [u32; 3],
+    grid: [u32; 3],
+    plain: Program,
+    /// The build that logs, for so many stores of an invocation.
+    logging: Option<(u32, Instrumented, Program)>,
+    slots: u32,
+}
+
 impl Session<'_> {
-    /// Makes up a set of inputs and learns what the original does with it.
-    pub(super) fn learn(&mut self, number: u32, group_size: [u32; 3]) -> Result<Set, Stop> {
+    /// Makes what the original is watched with.
+    pub(super) fn watch(&mut self, group_size: [u32; 3]) -> Result<Watch, Stop> {
         let layers = self.layers();
-        let maker = Maker::new(
-            self.gpu,
-            self.module,
-            &self.job.settings,
-            self.job.size,
-            layers,
-        );
-        maker.check_names().map_err(Stop::Input)?;
-        let resources = reflect::resources(self.module, self.info, self.entry)?;
-        let uses = self.info.get_entry_point(self.entry);
-        let written = |global: Handle<naga::GlobalVariable>| {
-            uses[global].intersects(GlobalUse::WRITE | GlobalUse::ATOMIC)
-        };
-        let uniforms = self.job.seed.wrapping_add(u64::from(number) * 7919);
-        let immediates = maker.immediates(uniforms);
+        self.maker().check_names().map_err(Stop::Input)?;
         let [width, height] = self.job.size;
         let groups = [
             width.div_ceil(group_size[0]),
             height.div_ceil(group_size[1]),
             layers.div_ceil(group_size[2]),
         ];
-        let grid = std::array::from_fn(|axis| groups[axis] * group_size[axis]);
+        let immediates = self.maker().immediates(0, 0);
+        Ok(Watch {
+            resources: reflect::resources(self.module, self.info, self.entry)?,
+            groups,
+            grid: std::array::from_fn(|axis| groups[axis] * group_size[axis]),
+            plain: self.program("original", self.module, self.info, self.entry, &immediates)?,
+            logging: None,
+            slots: FIRST_SLOTS,
+        })
+    }
 
-        let plain = self.program("original", self.module, self.info, self.entry, &immediates)?;
-        let mut logs = Vec::new();
-        let mut first: Option<(Vec<Made>, Outputs)> = None;
-        let mut slots = FIRST_SLOTS;
-        let mut data = 0;
-        let mut sites = Vec::new();
-        while data < DATA_SETS {
-            let seeds = Seeds {
-                uniforms,
-                data: uniforms.wrapping_mul(31).wrapping_add(data),
-            };
-            let made = maker
-                .make(&resources, &written, seeds)
-                .map_err(Stop::Input)?;
-            let (outputs, _) = self.run_build(&plain, &made, &[], &immediates, groups, &[])?;
-            if data == 0 && first.is_none() {
-                let (again, _) = self.run_build(&plain, &made, &[], &immediates, groups, &[])?;
-                if again != outputs {
-                    return Err(inconclusive(
-                        "the original differs from itself, run after run",
-                    ));
-                }
+    fn maker(&self) -> Maker<'_> {
+        Maker::new(
+            self.gpu,
+            self.module,
+            &self.job.settings,
+            self.job.size,
+            self.layers(),
+        )
+    }
+
+    /// Makes up set number `number` of inputs and learns what the original does with it. The numbers in it are the more
+    /// varied the larger `breadth` is.
+    pub(super) fn learn(
+        &mut self,
+        watch: &mut Watch,
+        number: u32,
+        breadth: u32,
+    ) -> Result<Set, Stop> {
+        let uniforms = self.job.seed.wrapping_add(u64::from(number) * 7919);
+        let immediates = self.maker().immediates(uniforms, breadth);
+        let runs = loop {
+            let runs = self.watch_runs(watch, uniforms, breadth, &immediates)?;
+            let most = runs.iter().map(|run| run.log.most).max().unwrap_or(0);
+            if most <= watch.slots {
+                break runs;
             }
-            let size = LogSize { grid, slots };
-            let shape = |global| shape_of(&made, global);
-            let logging = instrument::log_stores(self.module, self.info, self.entry, size, &shape);
-            let (log, logged) = self.run_logging(&logging, &made, &immediates, groups, size)?;
-            if logged != outputs {
-                return Err(inconclusive(
-                    "the original behaves differently while it is watched",
-                ));
+            if most > MOST_SLOTS {
+                return Err(inconclusive(format!(
+                    "an invocation makes {most} stores; at most {MOST_SLOTS} are followed"
+                )));
             }
-            if log.most > slots {
-                if log.most > MOST_SLOTS {
-                    return Err(inconclusive(format!(
-                        "an invocation makes {} stores; at most {MOST_SLOTS} are followed",
-                        log.most
-                    )));
-                }
-                slots = log.most.next_power_of_two();
-                (logs, first, data) = (Vec::new(), None, 0);
-                continue;
-            }
-            if let Some(race) = log.race(&logging.sites) {
-                let [a, b] = race.invocations.map(|i| position(i, grid));
+            watch.slots = most.next_power_of_two();
+        };
+        let Some((_, logging, _)) = &watch.logging else {
+            unreachable!("the runs were logged");
+        };
+        for run in &runs {
+            if let Some(race) = run.log.race(&logging.sites) {
+                let [a, b] = race.invocations.map(|i| position(i, watch.grid));
                 let site = &logging.sites[race.site as usize];
                 return Err(inconclusive(format!(
                     "the original's invocations {a:?} and {b:?} store to one place{}, so what it holds is chance",
                     self.at(site.span)
                 )));
             }
-            sites = logging.sites;
-            if first.is_none() {
-                first = Some((made, outputs));
-            }
-            logs.push(log);
-            data += 1;
         }
-        let Some((made, outputs)) = first else {
+        let sites = logging.sites.clone();
+        let mut runs = runs.into_iter();
+        let Some(first) = runs.next() else {
             unreachable!("at least one set of data was tried");
         };
-        let original = self.original(&made, logs, sites, outputs);
+        let logs = std::iter::once(first.log)
+            .chain(runs.map(|run| run.log))
+            .collect();
+        let original = self.original(&first.made, logs, sites, first.outputs);
         self.note_seen(&original);
         Ok(Set {
-            made,
+            made: first.made,
             immediates,
-            groups,
+            groups: watch.groups,
             original,
             uniform: Vec::new(),
         })
+    }
+
+    /// Runs the original over several sets of data, plain and logged.
+    fn watch_runs(
+        &self,
+        watch: &mut Watch,
+        uniforms: u64,
+        breadth: u32,
+        immediates: &[u8],
+    ) -> Result<Vec<Run>, Stop> {
+        let uses = self.info.get_entry_point(self.entry);
+        let written = |global: Handle<naga::GlobalVariable>| {
+            uses[global].intersects(GlobalUse::WRITE | GlobalUse::ATOMIC)
+        };
+        let maker = self.maker();
+        let mut runs = Vec::new();
+        for data in 0..DATA_SETS {
+            let seeds = Seeds {
+                uniforms,
+                data: uniforms.wrapping_mul(31).wrapping_add(data),
+                breadth,
+            };
+            let made = maker
+                .make(&watch.resources, &written, seeds)
+                .map_err(Stop::Input)?;
+            let plain = || self.run_build(&watch.plain, &made, &[], immediates, watch.groups, &[]);
+            let (outputs, _) = plain()?;
+            if data == 0 && plain()?.0 != outputs {
+                return Err(inconclusive(
+                    "the original differs from itself, run after run",
+                ));
+            }
+            let (log, logged) = self.run_logging(watch, &made, immediates)?;
+            if logged != outputs {
+                return Err(inconclusive(
+                    "the original behaves differently while it is watched",
+                ));
+            }
+            runs.push(Run { made, outputs, log });
+        }
+        Ok(runs)
+    }
+
+    fn run_logging(
+        &self,
+        watch: &mut Watch,
+        made: &[Made],
+        immediates: &[u8],
+    ) -> Result<(Log, Outputs), Stop> {
+        let size = LogSize {
+            grid: watch.grid,
+            slots: watch.slots,
+        };
+        if watch
+            .logging
+            .as_ref()
+            .is_none_or(|(slots, ..)| *slots != watch.slots)
+        {
+            let shape = |global| shape_of(made, global);
+            let logging = instrument::log_stores(self.module, self.info, self.entry, size, &shape);
+            let info = validated(&logging.module);
+            let program =
+                self.program("original, logged", &logging.module, &info, 0, immediates)?;
+            watch.logging = Some((watch.slots, logging, program));
+        }
+        let Some((_, logging, program)) = &watch.logging else {
+            unreachable!("just made");
+        };
+        let words = vec![0u8; size.words() as usize * 4];
+        let buffer = self.gpu.buffer("log", &words, wgpu::BufferUsages::STORAGE);
+        let extras = [(logging.binding, &buffer)];
+        let (outputs, read) =
+            self.run_build(program, made, &extras, immediates, watch.groups, &[&buffer])?;
+        let words = to_words(&read[0]);
+        Ok((Log::new(&words[..size.words() as usize], size), outputs))
     }
 
     fn original(
@@ -214,24 +296,5 @@ impl Session<'_> {
             true => 3,
             false => 1,
         }
-    }
-
-    fn run_logging(
-        &self,
-        logging: &Instrumented,
-        made: &[Made],
-        immediates: &[u8],
-        groups: [u32; 3],
-        size: LogSize,
-    ) -> Result<(Log, Outputs), Stop> {
-        let info = validated(&logging.module);
-        let program = self.program("original, logged", &logging.module, &info, 0, immediates)?;
-        let words = vec![0u8; size.words() as usize * 4];
-        let buffer = self.gpu.buffer("log", &words, wgpu::BufferUsages::STORAGE);
-        let extras = [(logging.binding, &buffer)];
-        let (outputs, read) =
-            self.run_build(&program, made, &extras, immediates, groups, &[&buffer])?;
-        let words = to_words(&read[0]);
-        Ok((Log::new(&words[..size.words() as usize], size), outputs))
     }
 }

@@ -45,6 +45,8 @@ pub enum CheckError {
 
 /// Cases that share one set of inputs.
 const CASES_PER_SET: u32 = 16;
+/// Sets of inputs that are made up besides, to reach stores that no other set has reached.
+const MORE_SETS: u32 = 12;
 
 /// Checks an entry point. `progress` is told the number of each case when it is done.
 ///
@@ -189,18 +191,22 @@ impl Session<'_> {
             crate::dispatch::group_size(self.module, self.info, &self.job.entry, &keyed)
                 .map_err(|error| Stop::Verdict(Verdict::NotRunnable, error.to_string()))?;
         let sets = self.job.cases.div_ceil(CASES_PER_SET).max(1);
+        let mut watch = self.watch(group_size)?;
         let mut builds = None;
         let mut strict = [0, 0];
-        for number in 0..sets {
-            let mut set = self.learn(number, group_size)?;
-            if builds.is_none() {
-                builds = Some(self.build(&set)?);
-            }
-            let Some(builds) = &builds else {
-                unreachable!("just built");
+        for number in 0..sets + MORE_SETS {
+            // more sets are made up, ever more varied, as long as there is a store that none has reached
+            let cases = match number < sets {
+                true => CASES_PER_SET.min(self.job.cases - number * CASES_PER_SET),
+                false if self.is_all_seen() => break,
+                false => CASES_PER_SET / 2,
             };
-            let first = number * CASES_PER_SET;
-            for case in first..(first + CASES_PER_SET).min(self.job.cases) {
+            let mut set = self.learn(&mut watch, number, number.saturating_sub(sets - 1))?;
+            let builds = match &mut builds {
+                Some(builds) => builds,
+                none => none.insert(self.build(&set)?),
+            };
+            for case in number * CASES_PER_SET..number * CASES_PER_SET + cases {
                 let (all, sure) = self.try_case(builds, &mut set, case)?;
                 strict[0] += all;
                 strict[1] += sure;

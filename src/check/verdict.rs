@@ -138,6 +138,12 @@ impl Session<'_> {
         seen.outside += original.log.outside();
     }
 
+    /// Whether every store was reached, and no output is the same everywhere.
+    pub(super) fn is_all_seen(&self) -> bool {
+        self.seen.reached.iter().all(|(reached, _)| *reached)
+            && self.seen.values.iter().all(|values| values.len() > 1)
+    }
+
     /// A check that could not have failed has not passed.
     pub(super) fn check_seen(&mut self) -> Result<(), Stop> {
         if self.seen.outside > 0 {
