@@ -4,11 +4,15 @@
 //! floats lie in 0 to 1. Settings and files override all of that by name. Resources that the shader writes start as
 //! poison: values that a shader would hardly store by chance, and never NaN, since a shader may read them.
 
-use std::{collections::BTreeMap, path::PathBuf, rc::Rc};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::PathBuf,
+    rc::Rc,
+};
 
 use fastrand::Rng;
 use naga::{
-    AddressSpace, ArraySize, Handle, Module, ScalarKind, Type, TypeInner,
+    AddressSpace, ArraySize, Expression, Handle, Literal, Module, ScalarKind, Type, TypeInner,
     proc::{Alignment, Layouter},
 };
 
@@ -97,7 +101,27 @@ pub struct Maker<'m> {
     /// Layers of arrayed textures, depth of 3-D ones.
     pub layers: u32,
     layouter: Rc<Layouter>,
+    /// The smaller integers that the shader spells out.
+    literals: Rc<[u32]>,
     breadth: u32,
+}
+
+/// The integers below 1024 that a module spells out, in order.
+fn literals(module: &Module) -> Rc<[u32]> {
+    let functions = module.functions.iter().map(|(_, function)| function);
+    let entries = module.entry_points.iter().map(|entry| &entry.function);
+    let local = functions
+        .chain(entries)
+        .flat_map(|function| function.expressions.iter());
+    let literals = local
+        .chain(module.global_expressions.iter())
+        .filter_map(|(_, expression)| match *expression {
+            Expression::Literal(Literal::U32(value)) => Some(value),
+            Expression::Literal(Literal::I32(value)) => u32::try_from(value).ok(),
+            _ => None,
+        });
+    let literals: BTreeSet<u32> = literals.filter(|&value| value < 1024).collect();
+    literals.into_iter().collect()
 }
 
 /// The seeds of a set of inputs.
@@ -130,6 +154,7 @@ impl<'m> Maker<'m> {
             size,
             layers,
             layouter: Rc::new(layouter),
+            literals: literals(module),
             breadth: 0,
         }
     }
@@ -465,9 +490,23 @@ impl<'m> Maker<'m> {
                 {
                     f64::from(rng.u8(1..5))
                 }
-                _ => f64::from(rng.u32(0..8 << self.breadth.min(6))),
+                _ => f64::from(self.integer(rng)),
             })
             .collect()
+    }
+
+    /// An integer. With more breadth, often one that decides a comparison: a small one, or one next to an integer that
+    /// the shader spells out.
+    fn integer(&self, rng: &mut Rng) -> u32 {
+        let wide = 8 << self.breadth.min(6);
+        match rng.u8(0..4) {
+            0 if self.breadth > 0 => rng.u32(0..3),
+            1 if self.breadth > 0 && !self.literals.is_empty() => {
+                let literal = self.literals[rng.usize(0..self.literals.len())];
+                (literal + rng.u32(0..3)).saturating_sub(1)
+            }
+            _ => rng.u32(0..wide),
+        }
     }
 
     /// Poison for a type: numbers that are valid but unlikely.
