@@ -231,17 +231,20 @@ impl Session<'_> {
             .filter(|rate| rate.is_within(self.job.largest()))
             .count() as u32;
         let in_set = number % CASES_PER_SET;
-        // each set starts with every uniform rate at the whole extent, then one with shading rates switched off
+        // each set starts with every uniform rate at the whole extent, then one with shading rates switched off, then full
+        // tiles that reach beyond a smaller extent
+        let is_cut = in_set == uniform + 1;
         let pattern = match in_set {
             n if n <= uniform => Pattern::of_case(n.min(uniform - 1), self.job.largest()),
+            _ if is_cut => Pattern::Uniform(crate::Rate::R1X1),
             _ => Pattern::of_case(number + uniform, self.job.largest()),
         };
-        let is_part = in_set > uniform && rng.u8(0..3) == 0;
+        let is_part = is_cut || in_set > uniform && rng.u8(0..3) == 0;
         let extent = match is_part {
             true => [rng.u32(1..=grid[0]), rng.u32(1..=grid[1])],
             false => [grid[0], grid[1]],
         };
-        let full_tiles = match in_set <= uniform || rng.bool() {
+        let full_tiles = match in_set <= uniform || is_cut || rng.bool() {
             true => self.job.options.full_tiles,
             false => FullTiles::Keep,
         };
