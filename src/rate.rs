@@ -6,6 +6,8 @@
 
 use std::fmt;
 
+use vrcs_passes::options::MaxRate;
+
 /// A shading rate.
 ///
 /// 4x1 and 1x4 do not exist: hardware leaves them undefined, and no operation here gives them.
@@ -87,6 +89,17 @@ impl Rate {
     /// Whether this rate is at least as fine as another, on both axes.
     pub fn is_within(self, other: Rate) -> bool {
         self.meet(other) == self
+    }
+}
+
+impl From<MaxRate> for Rate {
+    fn from(largest: MaxRate) -> Rate {
+        match largest {
+            MaxRate::R2x2 => Rate::R2X2,
+            MaxRate::R2x4 => Rate::R2X4,
+            MaxRate::R4x2 => Rate::R4X2,
+            MaxRate::R4x4 => Rate::R4X4,
+        }
     }
 }
 

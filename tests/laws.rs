@@ -4,6 +4,7 @@
 mod common;
 
 use vrcs::check::{Job, Law, Route};
+use vrcs_passes::options::MaxRate;
 
 fn hold(name: &str) {
     let source = common::shader(name);
@@ -82,6 +83,32 @@ laws! {
     targets
     tile_order
     transposed
+}
+
+/// The laws for rates that are 4 wide or 4 high, where the copies are a loop. Offsets, strides, recomputed addresses,
+/// guards, layers and re-homed groups are among the shaders.
+#[test]
+fn larger_rates() {
+    let rates = [MaxRate::R4x4, MaxRate::R2x4, MaxRate::R4x2];
+    let names = [
+        "plain",
+        "guarded",
+        "buffer",
+        "strided",
+        "sliced_loop",
+        "lone_groups",
+        "morton",
+        "layers",
+        "transposed",
+        "accumulate",
+    ];
+    for (index, name) in names.into_iter().enumerate() {
+        let mut job = Job::new("main");
+        job.seed = common::seed();
+        job.cases = 32;
+        job.options.max_rate = rates[index % 3];
+        common::assert_passed(&common::run(&common::shader(name), &job));
+    }
 }
 
 #[test]

@@ -19,6 +19,15 @@ pub enum MaxRate {
     #[default]
     #[serde(rename = "2x2")]
     R2x2,
+    /// Up to 2 pixels across and 4 down: copies are a loop over a primary's duplicates.
+    #[serde(rename = "2x4")]
+    R2x4,
+    /// Up to 4 pixels across and 2 down.
+    #[serde(rename = "4x2")]
+    R4x2,
+    /// Up to 4 pixels across and 4 down.
+    #[serde(rename = "4x4")]
+    R4x4,
 }
 
 /// What becomes of a tile with so many primaries that packing them would retire no wave.

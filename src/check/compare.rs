@@ -175,6 +175,13 @@ impl Original {
             match place {
                 Some(OUTSIDE) => {}
                 Some(place) => {
+                    // a place that the pixel was never seen to write may lie behind its own bounds check
+                    let beyond = pixel != primary
+                        && !self.book.is_seen(stored, pixel)
+                        && !own
+                            .iter()
+                            .any(|own| self.overlap(*own, Stored { place, ..stored }));
+                    let optional = optional || beyond;
                     for (unit, from) in units(site, place).zip(units(site, stored.place)) {
                         let from = from as usize * self.unit(output);
                         let grid = self.log.grid();

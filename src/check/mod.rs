@@ -86,9 +86,7 @@ impl Job {
 
     /// The largest rate that the rewritten shader copies.
     pub fn largest(&self) -> Rate {
-        match self.options.max_rate {
-            vrcs_passes::options::MaxRate::R2x2 => Rate::R2X2,
-        }
+        self.options.max_rate.into()
     }
 }
 

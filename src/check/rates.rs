@@ -11,6 +11,8 @@ pub enum Pattern {
     Uniform(Rate),
     /// Each quad on its own, all rates alike.
     Noise,
+    /// Each aligned block of 4×4 pixels on its own, all rates alike: 4-wide rates hold.
+    Blocks,
     /// Each quad on its own, most of them coarse.
     MostlyCoarse,
     /// Each quad on its own, most of them full: tiles on either side of the nearly-full rule.
@@ -36,7 +38,7 @@ impl Pattern {
             .collect();
         match uniform.get(case as usize) {
             Some(&rate) => Pattern::Uniform(rate),
-            None => match (case as usize - uniform.len()) % 8 {
+            None => match (case as usize - uniform.len()) % 9 {
                 0 => Pattern::Noise,
                 1 => Pattern::MostlyCoarse,
                 2 => Pattern::MostlyFull,
@@ -44,6 +46,7 @@ impl Pattern {
                 4 => Pattern::Checkerboard,
                 5 => Pattern::Garbage,
                 6 => Pattern::OneFull,
+                7 => Pattern::Blocks,
                 _ => Pattern::OneCoarse,
             },
         }
@@ -51,15 +54,15 @@ impl Pattern {
 
     /// An image of this pattern for a picture of `width` × `height` pixels.
     pub fn image(self, width: u32, height: u32, rng: &mut Rng) -> Sri {
-        let any = |rng: &mut Rng| Rate::ALL[rng.usize(..Rate::ALL.len())].code();
         let quads = [width.div_ceil(2), height.div_ceil(2)];
+        let coarsest = [Rate::R2X2, Rate::R2X4, Rate::R4X2, Rate::R4X4][rng.usize(..4)];
         let odd_one = [rng.u32(0..quads[0]), rng.u32(0..quads[1])];
         match self {
             Pattern::Uniform(rate) => Sri::uniform(width, height, rate),
             Pattern::Noise => Sri::from_fn(width, height, |_, _| any(rng)),
             Pattern::MostlyCoarse => Sri::from_fn(width, height, |_, _| match rng.u8(0..8) {
                 0 => any(rng),
-                _ => Rate::R2X2.code(),
+                _ => coarsest.code(),
             }),
             Pattern::MostlyFull => {
                 // about 224 of 256 primaries remain where one quad in six is coarse
@@ -69,16 +72,8 @@ impl Pattern {
                     _ => Rate::R1X1.code(),
                 })
             }
-            Pattern::Patches => {
-                let size = rng.u32(1..9);
-                let key = rng.u64(..);
-                Sri::from_fn(width, height, |x, y| {
-                    let patch = u64::from(x / size) << 32 | u64::from(y / size);
-                    any(&mut Rng::with_seed(
-                        key ^ patch.wrapping_mul(0x9e37_79b9_7f4a_7c15),
-                    ))
-                })
-            }
+            Pattern::Patches => patches(width, height, rng.u32(1..9), rng),
+            Pattern::Blocks => patches(width, height, 2, rng),
             Pattern::Checkerboard => {
                 let coarse = any(rng);
                 Sri::from_fn(width, height, |x, y| match (x + y) % 2 {
@@ -89,7 +84,7 @@ impl Pattern {
             Pattern::Garbage => Sri::from_fn(width, height, |_, _| rng.u8(..)),
             Pattern::OneFull => Sri::from_fn(width, height, |x, y| match [x, y] == odd_one {
                 true => Rate::R1X1.code(),
-                false => Rate::R2X2.code(),
+                false => coarsest.code(),
             }),
             Pattern::OneCoarse => {
                 let coarse = any(rng);
@@ -100,4 +95,19 @@ impl Pattern {
             }
         }
     }
+}
+
+fn any(rng: &mut Rng) -> u8 {
+    Rate::ALL[rng.usize(..Rate::ALL.len())].code()
+}
+
+/// Patches of `size` quads on a side, each of one rate.
+fn patches(width: u32, height: u32, size: u32, rng: &mut Rng) -> Sri {
+    let key = rng.u64(..);
+    Sri::from_fn(width, height, |x, y| {
+        let patch = u64::from(x / size) << 32 | u64::from(y / size);
+        any(&mut Rng::with_seed(
+            key ^ patch.wrapping_mul(0x9e37_79b9_7f4a_7c15),
+        ))
+    })
 }

@@ -172,6 +172,12 @@ impl AddressBook {
         book
     }
 
+    /// Whether an invocation was ever seen to make a store.
+    pub fn is_seen(&self, store: Stored, invocation: usize) -> bool {
+        let page = self.pages.get(&(store.site, store.occurrence));
+        page.is_some_and(|page| page.seen[invocation].is_some())
+    }
+
     /// The place of an invocation's store; `None` if it is not known.
     ///
     /// `own` are the invocation's own stores in the run at hand, which say it best.

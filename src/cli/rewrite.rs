@@ -32,6 +32,9 @@ pub(super) struct How {
     /// How primaries find their pixels.
     #[arg(long, value_enum, default_value_t = ModeName::Tiled)]
     mode: ModeName,
+    /// The largest shading rate whose copies the shader makes.
+    #[arg(long, value_enum, default_value_t = MaxRateName::R2x2, value_name = "RATE")]
+    max_rate: MaxRateName,
     /// What becomes of tiles that are nearly full.
     #[arg(long, value_enum, default_value_t = FullTilesName::Promote, value_name = "RULE")]
     full_tiles: FullTilesName,
@@ -47,6 +50,22 @@ pub(super) struct How {
 enum ModeName {
     /// One workgroup for each tile of the picture.
     Tiled,
+}
+
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum MaxRateName {
+    /// Up to 2×2: copies are three conditional stores.
+    #[value(name = "2x2")]
+    R2x2,
+    /// Up to 2 across, 4 down: copies are a loop, as with every larger rate.
+    #[value(name = "2x4")]
+    R2x4,
+    /// Up to 4 across, 2 down.
+    #[value(name = "4x2")]
+    R4x2,
+    /// Up to 4×4.
+    #[value(name = "4x4")]
+    R4x4,
 }
 
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
@@ -73,7 +92,12 @@ impl How {
                 FullTilesName::Promote => FullTiles::Promote,
                 FullTilesName::Keep => FullTiles::Keep,
             },
-            max_rate: MaxRate::R2x2,
+            max_rate: match self.max_rate {
+                MaxRateName::R2x2 => MaxRate::R2x2,
+                MaxRateName::R2x4 => MaxRate::R2x4,
+                MaxRateName::R4x2 => MaxRate::R4x2,
+                MaxRateName::R4x4 => MaxRate::R4x4,
+            },
             wave: self.wave,
             max_bind_groups: self.max_bind_groups,
             ..Options::default()

@@ -144,6 +144,16 @@ impl<'a> Code<'a> {
         });
     }
 
+    /// `loop { write }`
+    pub fn repeat(&mut self, write: impl FnOnce(&mut Self)) {
+        let body = self.nested(write);
+        self.push(Statement::Loop {
+            body,
+            continuing: Block::new(),
+            break_if: None,
+        });
+    }
+
     /// `if !condition { return; }`, in a function without a result.
     pub fn return_unless(&mut self, condition: Handle<Expression>) {
         let negated = self.add(Expression::Unary {

@@ -13,12 +13,15 @@
 //!                                        }
 //! ```
 //!
+//! Where the largest rate is more than 2×2, a loop over the set bits takes the place of the three conditions.
+//!
 //! *Does*: one function for each way to find an address; stores that agree share it.
 //! *Needs*: a [`CopyPlan`], and the operands of the store with their types.
 //! *Guarantees*: the value is the primary's own; only the address is another.
 
 use naga::{
-    BinaryOperator, Expression, Function, Handle, Module, Scalar, Span, Statement, Type, TypeInner,
+    BinaryOperator, Expression, Function, Handle, MathFunction, Module, Scalar, Span, Statement,
+    Type, TypeInner,
 };
 
 use super::{
@@ -33,6 +36,7 @@ use crate::{
         term::{TermId, Terms},
     },
     ir::build::{self, Code},
+    options::MaxRate,
     plan::{CopyPlan, How},
 };
 
@@ -109,6 +113,7 @@ pub struct Copies<'t, 'm> {
     group_size: [TermId; 3],
     entry: usize,
     prologue: &'t Prologue,
+    max_rate: MaxRate,
     shared: Vec<(Key, Handle<Function>)>,
 }
 
@@ -138,12 +143,14 @@ impl<'t, 'm> Copies<'t, 'm> {
         group_size: [TermId; 3],
         entry: usize,
         prologue: &'t Prologue,
+        max_rate: MaxRate,
     ) -> Copies<'t, 'm> {
         Copies {
             terms,
             group_size,
             entry,
             prologue,
+            max_rate,
             shared: Vec::new(),
         }
     }
@@ -209,6 +216,26 @@ impl<'t, 'm> Copies<'t, 'm> {
             How::Offset(tangents) => self.strides(&mut code, draft, tangents, captures),
             How::Recompute(_) => Vec::new(),
         };
+        let one = One {
+            prologue: self.prologue,
+            draft,
+            captures,
+            operands,
+            strides: &strides,
+            addresses: &addresses,
+            guard,
+        };
+        match self.max_rate {
+            MaxRate::R2x2 => self.for_quad(&mut code, &one),
+            MaxRate::R2x4 | MaxRate::R4x2 | MaxRate::R4x4 => self.for_block(&mut code, &one),
+        }
+        let body = code.finish();
+        build::set_body(&mut function, body);
+        module.functions.append(function, Span::UNDEFINED)
+    }
+
+    /// The copies within a quad: three conditions.
+    fn for_quad(&self, code: &mut Code, one: &One) {
         let zero = code.u32(0);
         let copies = code.global(self.prologue.copies);
         let any = code.binary(BinaryOperator::NotEqual, copies, zero);
@@ -217,22 +244,34 @@ impl<'t, 'm> Copies<'t, 'm> {
                 let bit = code.u32(1 << number);
                 let set = code.binary(BinaryOperator::And, copies, bit);
                 let set = code.binary(BinaryOperator::NotEqual, set, zero);
-                let one = One {
-                    prologue: self.prologue,
-                    draft,
-                    captures,
-                    operands,
-                    strides: &strides,
-                    addresses: &addresses,
-                    guard,
-                    number,
-                };
-                code.when(set, |code| one.write(code));
+                code.when(set, |code| {
+                    let number = code.u32(number);
+                    one.write(code, number);
+                });
             }
         });
-        let body = code.finish();
-        build::set_body(&mut function, body);
-        module.functions.append(function, Span::UNDEFINED)
+    }
+
+    /// The copies within a block of 4×4: a loop over the set bits.
+    fn for_block(&self, code: &mut Code, one: &One) {
+        let ty = build::numeric(code.types, None, Scalar::U32);
+        let copies = code.global(self.prologue.copies);
+        let left = code.local("left", ty, Some(copies));
+        code.repeat(|code| {
+            let bits = code.load(left);
+            let zero = code.u32(0);
+            let done = code.binary(BinaryOperator::Equal, bits, zero);
+            code.when(done, |code| code.push(Statement::Break));
+            let first = code.u32(1);
+            let below = code.binary(BinaryOperator::Subtract, bits, first);
+            let rest = code.binary(BinaryOperator::And, bits, below);
+            code.push(Statement::Store {
+                pointer: left,
+                value: rest,
+            });
+            let number = code.math1(MathFunction::FirstTrailingBit, bits);
+            one.write(code, number);
+        });
     }
 
     /// The strides of an offset that are not numbers, each computed once.
@@ -366,13 +405,11 @@ struct One<'d> {
     /// Functions that compute the parts of the address.
     addresses: &'d [Handle<Function>],
     guard: Option<Handle<Function>>,
-    /// The duplicate's relative number.
-    number: u32,
 }
 
 impl One<'_> {
-    fn write(&self, code: &mut Code) {
-        let number = code.u32(self.number);
+    /// `number` is the duplicate's relative number.
+    fn write(&self, code: &mut Code, number: Handle<Expression>) {
         let mut at_duplicate = Vec::new();
         if self.guard.is_some() || !self.addresses.is_empty() {
             at_duplicate.push(code.value_of(self.prologue.duplicate, vec![number]));

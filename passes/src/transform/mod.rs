@@ -37,7 +37,13 @@ pub fn apply(
         entry,
         &plan.domain,
     );
-    let mut copies = Copies::new(&mut found.terms, found.group_size, entry, &prologue);
+    let mut copies = Copies::new(
+        &mut found.terms,
+        found.group_size,
+        entry,
+        &prologue,
+        options.max_rate,
+    );
     let specialise = Specialise::new(
         original,
         info,
