@@ -11,6 +11,9 @@
 //! *Guarantees*: a term without [`Term::Opaque`], [`Term::LoopVar`], [`Term::LoopExit`] and [`Term::Merge`] can be
 //! computed anywhere, from the ids alone (see [`recompute`](crate::transform::recompute)).
 
+mod constants;
+mod simplify;
+
 use std::hash::{Hash, Hasher};
 
 use naga::{
@@ -24,7 +27,7 @@ use super::FunctionRef;
 
 /// A value of the shader.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct TermId(pub(super) u32);
+pub struct TermId(pub(in crate::analysis) u32);
 
 /// An axis of the invocation grid: 0, 1 or 2.
 pub type Axis = u8;
@@ -254,7 +257,7 @@ pub enum Operands {
 
 /// A loop, once for each path of calls that leads to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct LoopId(pub(super) u32);
+pub struct LoopId(pub(in crate::analysis) u32);
 
 /// What is known of a variable that a loop changes.
 #[derive(Clone, Debug)]
@@ -372,313 +375,6 @@ impl<'a> Terms<'a> {
         }
     }
 
-    /// Part `index` of a value.
-    pub fn extract(&mut self, base: TermId, index: u32) -> TermId {
-        match *self.get(base) {
-            Term::Compose { ty, ref parts } if self.is_flat(ty, parts.len()) => {
-                return parts[index as usize];
-            }
-            Term::Splat(_, value) => return value,
-            Term::Swizzle(_, vector, pattern) => {
-                return self.extract(vector, u32::from(pattern[index as usize]));
-            }
-            Term::Insert(under, at, value) => {
-                return if at == index {
-                    value
-                } else {
-                    self.extract(under, index)
-                };
-            }
-            Term::Select(condition, accept, reject) => {
-                let accept = self.extract(accept, index);
-                let reject = self.extract(reject, index);
-                return self.select(condition, accept, reject);
-            }
-            Term::Zero(ty) => {
-                if let Some(zero) = self.zero_part(ty, index) {
-                    return zero;
-                }
-            }
-            Term::LoopVar { of, var, ref part } => {
-                let part = longer(part, index);
-                return self.intern(Term::LoopVar { of, var, part });
-            }
-            Term::LoopExit { of, var, ref part } => {
-                let part = longer(part, index);
-                return self.intern(Term::LoopExit { of, var, part });
-            }
-            Term::Merge {
-                id,
-                ref values,
-                ref conditions,
-            } => {
-                let values = values.clone();
-                let conditions = conditions.clone();
-                let values = values.iter().map(|&v| self.extract(v, index)).collect();
-                return self.merge_as(id, values, conditions);
-            }
-            Term::Load(global, ref path) if self.loads_aggregate(global, path) => {
-                let path = path
-                    .iter()
-                    .copied()
-                    .chain([Step::Index(index)])
-                    .collect::<Box<[Step]>>();
-                return self.intern(Term::Load(global, path));
-            }
-            _ => {}
-        }
-        self.intern(Term::Extract(base, index))
-    }
-
-    /// The element of a value at a computed place.
-    pub fn index(&mut self, base: TermId, index: TermId) -> TermId {
-        match self.as_literal(index) {
-            Some(Literal::U32(i)) => return self.extract(base, i),
-            Some(Literal::I32(i)) if i >= 0 => return self.extract(base, i as u32),
-            _ => {}
-        }
-        if let Term::Load(global, path) = self.get(base)
-            && self.loads_aggregate(*global, path)
-        {
-            let global = *global;
-            let path = path.iter().copied().chain([Step::Dynamic(index)]).collect();
-            return self.intern(Term::Load(global, path));
-        }
-        self.intern(Term::Index(base, index))
-    }
-
-    /// A value with part `index` replaced.
-    pub fn insert(&mut self, base: TermId, index: u32, value: TermId) -> TermId {
-        if let Term::Compose { ty, parts } = self.get(base)
-            && self.is_flat(*ty, parts.len())
-        {
-            let ty = *ty;
-            let mut parts = parts.to_vec();
-            parts[index as usize] = value;
-            return self.compose(ty, parts);
-        }
-        self.intern(Term::Insert(base, index, value))
-    }
-
-    /// `select(reject, accept, condition)`; one of the two where they agree or the condition is known.
-    pub fn select(&mut self, condition: TermId, accept: TermId, reject: TermId) -> TermId {
-        if accept == reject {
-            return accept;
-        }
-        match self.as_literal(condition) {
-            Some(Literal::Bool(true)) => return accept,
-            Some(Literal::Bool(false)) => return reject,
-            _ => {}
-        }
-        match (self.as_literal(accept), self.as_literal(reject)) {
-            (Some(Literal::Bool(true)), Some(Literal::Bool(false))) => return condition,
-            (Some(Literal::Bool(false)), Some(Literal::Bool(true))) => return self.not(condition),
-            // `a && b` and `a || b`, which naga's front end lowers to a variable and an `if`
-            (_, Some(Literal::Bool(false))) => return self.and(condition, accept),
-            (Some(Literal::Bool(true)), _) => return self.or(condition, reject),
-            (_, Some(Literal::Bool(true))) => {
-                let otherwise = self.not(condition);
-                return self.or(otherwise, accept);
-            }
-            (Some(Literal::Bool(false)), _) => {
-                let otherwise = self.not(condition);
-                return self.and(otherwise, reject);
-            }
-            _ => {}
-        }
-        self.intern(Term::Select(condition, accept, reject))
-    }
-
-    /// One of several values; the value itself where they all agree.
-    pub fn merge(&mut self, values: Vec<TermId>, conditions: Vec<TermId>) -> TermId {
-        let id = self.fresh();
-        self.merge_as(id, values, conditions.into())
-    }
-
-    fn merge_as(&mut self, id: u32, values: Vec<TermId>, conditions: Box<[TermId]>) -> TermId {
-        if let [first, rest @ ..] = values.as_slice()
-            && rest.iter().all(|value| value == first)
-        {
-            return *first;
-        }
-        self.intern(Term::Merge {
-            id,
-            values: values.into(),
-            conditions,
-        })
-    }
-
-    /// `!value`
-    pub fn not(&mut self, value: TermId) -> TermId {
-        match *self.get(value) {
-            Term::Literal(Bits(Literal::Bool(value))) => self.bool(!value),
-            Term::Unary(UnaryOperator::LogicalNot, inner) => inner,
-            _ => self.intern(Term::Unary(UnaryOperator::LogicalNot, value)),
-        }
-    }
-
-    /// `left && right`
-    pub fn and(&mut self, left: TermId, right: TermId) -> TermId {
-        match (self.as_literal(left), self.as_literal(right)) {
-            (Some(Literal::Bool(true)), _) => right,
-            (_, Some(Literal::Bool(true))) => left,
-            (Some(Literal::Bool(false)), _) | (_, Some(Literal::Bool(false))) => self.bool(false),
-            _ if left == right => left,
-            _ => self.intern(Term::Binary(BinaryOperator::LogicalAnd, left, right)),
-        }
-    }
-
-    /// `left || right`
-    pub fn or(&mut self, left: TermId, right: TermId) -> TermId {
-        match (self.as_literal(left), self.as_literal(right)) {
-            (Some(Literal::Bool(false)), _) => right,
-            (_, Some(Literal::Bool(false))) => left,
-            (Some(Literal::Bool(true)), _) | (_, Some(Literal::Bool(true))) => self.bool(true),
-            _ if left == right => left,
-            _ => self.intern(Term::Binary(BinaryOperator::LogicalOr, left, right)),
-        }
-    }
-
-    /// A binary operation on two scalars, or on two whole values.
-    pub fn binary(
-        &mut self,
-        op: BinaryOperator,
-        operands: Operands,
-        left: TermId,
-        right: TermId,
-    ) -> TermId {
-        use BinaryOperator as B;
-        if let (Some(left), Some(right)) = (self.as_literal(left), self.as_literal(right))
-            && let Some(folded) = fold(op, left, right)
-        {
-            return self.literal(folded);
-        }
-        let is = |terms: &Terms, id, n: i64| integer(terms.as_literal(id)) == Some(n);
-        match op {
-            B::LogicalAnd => return self.and(left, right),
-            B::LogicalOr => return self.or(left, right),
-            B::Add if is(self, left, 0) => return right,
-            B::Add | B::Subtract | B::InclusiveOr | B::ShiftLeft | B::ShiftRight
-                if is(self, right, 0) =>
-            {
-                return left;
-            }
-            B::Multiply if is(self, left, 1) => return right,
-            B::Multiply | B::Divide if is(self, right, 1) => return left,
-            _ => {}
-        }
-        let commutes = matches!(
-            op,
-            B::Add
-                | B::Multiply
-                | B::And
-                | B::InclusiveOr
-                | B::ExclusiveOr
-                | B::Equal
-                | B::NotEqual
-        );
-        let (left, right) = if commutes && operands == Operands::Integers && right < left {
-            (right, left)
-        } else {
-            (left, right)
-        };
-        self.intern(Term::Binary(op, left, right))
-    }
-
-    /// The value of a global expression: a constant's or override's initialiser, or a workgroup size.
-    pub fn global_expression(&mut self, handle: Handle<Expression>) -> TermId {
-        match self.module.global_expressions[handle] {
-            Expression::Literal(literal) => self.literal(literal),
-            Expression::Constant(constant) => self.constant(constant),
-            Expression::Override(handle) => self.intern(Term::Override(handle)),
-            Expression::ZeroValue(ty) => self.zero(ty),
-            Expression::Compose { ty, ref components } => {
-                let parts = components
-                    .iter()
-                    .map(|&part| self.global_expression(part))
-                    .collect();
-                self.compose_flat(ty, parts)
-            }
-            Expression::Splat { size, value } => {
-                let value = self.global_expression(value);
-                self.intern(Term::Splat(size, value))
-            }
-            Expression::Unary { op, expr } => {
-                let value = self.global_expression(expr);
-                self.intern(Term::Unary(op, value))
-            }
-            Expression::Binary { op, left, right } => {
-                let left = self.global_expression(left);
-                let right = self.global_expression(right);
-                self.binary(op, Operands::Other, left, right)
-            }
-            Expression::As {
-                expr,
-                kind,
-                convert,
-            } => {
-                let value = self.global_expression(expr);
-                self.intern(Term::As(kind, convert, value))
-            }
-            _ => self.opaque(Opacity::Unfollowed, Vec::new()),
-        }
-    }
-
-    /// A constant integer as a `u32`: a workgroup size may be an `i32`, too.
-    pub fn unsigned(&mut self, value: TermId) -> TermId {
-        match self.as_literal(value) {
-            Some(Literal::I32(n)) => return self.literal(Literal::U32(n as u32)),
-            Some(_) => return value,
-            None => {}
-        }
-        match self.is_signed(value) {
-            true => self.intern(Term::As(ScalarKind::Uint, Some(4), value)),
-            false => value,
-        }
-    }
-
-    fn is_signed(&self, value: TermId) -> bool {
-        match *self.get(value) {
-            Term::Override(handle) => {
-                let ty = self.module.overrides[handle].ty;
-                self.module.types[ty].inner.scalar_kind() == Some(ScalarKind::Sint)
-            }
-            Term::Literal(bits) => matches!(bits.0, Literal::I32(_)),
-            Term::As(kind, ..) => kind == ScalarKind::Sint,
-            Term::Unary(_, inner) => self.is_signed(inner),
-            Term::Binary(_, left, _) => self.is_signed(left),
-            _ => false,
-        }
-    }
-
-    /// The value of a module constant.
-    pub fn constant(&mut self, handle: Handle<Constant>) -> TermId {
-        match self.module.types[self.module.constants[handle].ty].inner {
-            TypeInner::Scalar(_) | TypeInner::Vector { .. } => {
-                self.global_expression(self.module.constants[handle].init)
-            }
-            _ => self.intern(Term::Constant(handle)),
-        }
-    }
-
-    /// The zero value of a type.
-    pub fn zero(&mut self, ty: Handle<Type>) -> TermId {
-        match self.module.types[ty].inner {
-            TypeInner::Scalar(scalar) => match Literal::zero(scalar) {
-                Some(literal) => self.literal(literal),
-                None => self.intern(Term::Zero(ty)),
-            },
-            TypeInner::Vector { size, scalar } if followed(scalar) => match Literal::zero(scalar) {
-                Some(literal) => {
-                    let zero = self.literal(literal);
-                    self.compose(Composite::Type(ty), vec![zero; size as usize])
-                }
-                None => self.intern(Term::Zero(ty)),
-            },
-            _ => self.intern(Term::Zero(ty)),
-        }
-    }
-
     /// A composite whose parts may themselves be vectors, as naga writes `vec3(v.xy, z)`.
     pub fn compose_flat(&mut self, ty: Handle<Type>, parts: Vec<TermId>) -> TermId {
         let TypeInner::Vector { size, scalar } = self.module.types[ty].inner else {
@@ -740,20 +436,6 @@ impl<'a> Terms<'a> {
                     TypeInner::Vector { size, .. } => Some(size as u32),
                     _ => None,
                 }
-            }
-            _ => None,
-        }
-    }
-
-    fn zero_part(&mut self, ty: Handle<Type>, index: u32) -> Option<TermId> {
-        match self.module.types[ty].inner {
-            TypeInner::Vector { scalar, .. } => {
-                Literal::zero(scalar).map(|literal| self.literal(literal))
-            }
-            TypeInner::Array { base, .. } => Some(self.zero(base)),
-            TypeInner::Struct { ref members, .. } => {
-                let ty = members.get(index as usize)?.ty;
-                Some(self.zero(ty))
             }
             _ => None,
         }
@@ -877,28 +559,4 @@ pub fn component(component: SwizzleComponent) -> u8 {
 
 fn longer(part: &[u32], index: u32) -> Box<[u32]> {
     part.iter().copied().chain([index]).collect()
-}
-
-/// Folds the operations that addresses are made of. Wraps, as WGSL does.
-fn fold(op: BinaryOperator, left: Literal, right: Literal) -> Option<Literal> {
-    use BinaryOperator as B;
-    match (left, right) {
-        (Literal::U32(a), Literal::U32(b)) => match op {
-            B::Add => Some(Literal::U32(a.wrapping_add(b))),
-            B::Subtract => Some(Literal::U32(a.wrapping_sub(b))),
-            B::Multiply => Some(Literal::U32(a.wrapping_mul(b))),
-            B::Equal => Some(Literal::Bool(a == b)),
-            B::NotEqual => Some(Literal::Bool(a != b)),
-            _ => None,
-        },
-        (Literal::I32(a), Literal::I32(b)) => match op {
-            B::Add => Some(Literal::I32(a.wrapping_add(b))),
-            B::Subtract => Some(Literal::I32(a.wrapping_sub(b))),
-            B::Multiply => Some(Literal::I32(a.wrapping_mul(b))),
-            B::Equal => Some(Literal::Bool(a == b)),
-            B::NotEqual => Some(Literal::Bool(a != b)),
-            _ => None,
-        },
-        _ => None,
-    }
 }
