@@ -46,6 +46,8 @@ pub mod demo;
 pub mod dispatch;
 mod kernel;
 pub mod rate;
+#[cfg(feature = "cli")]
+pub mod scenes;
 pub mod sri;
 pub mod view;
 

@@ -1,0 +1,287 @@
+//! A scene on a device: its G-buffer, its passes at full rate and as the rewriter makes them.
+//!
+//! *Does*: makes textures and pipelines once; records the passes of a frame into the caller's encoder.
+//! *Guarantees*: a pass at full rate and the same pass at variable rate read and write the same textures.
+
+use std::collections::HashMap;
+
+use vrcs_passes::{Options, input};
+
+use super::{PassName, SceneName, frame::Frame};
+use crate::{
+    check::gpu::Gpu,
+    dispatch::{Pass, PassOptions, reflect},
+    view::View,
+};
+
+/// Why a scene could not be staged.
+#[derive(Debug, thiserror::Error)]
+#[error("the scene {scene}: {why}")]
+pub struct StageError {
+    /// The scene.
+    pub scene: SceneName,
+    /// What went wrong.
+    pub why: String,
+}
+
+/// A pass at full rate.
+#[derive(Debug)]
+struct FullRate {
+    pipeline: wgpu::ComputePipeline,
+    group: wgpu::BindGroup,
+}
+
+/// A pass as its author wrote it, and as the rewriter makes it.
+#[derive(Debug)]
+struct Shading {
+    name: PassName,
+    full_rate: FullRate,
+    variable: Pass,
+}
+
+/// A scene's G-buffer and passes.
+#[derive(Debug)]
+pub struct Stage {
+    scene: SceneName,
+    size: [u32; 2],
+    frame: wgpu::Buffer,
+    textures: HashMap<&'static str, wgpu::Texture>,
+    geometry: FullRate,
+    passes: Vec<Shading>,
+}
+
+/// The textures: name and format.
+const TEXTURES: [(&str, wgpu::TextureFormat); 9] = [
+    ("ids", wgpu::TextureFormat::R32Uint),
+    ("depth", wgpu::TextureFormat::R32Float),
+    ("normals", wgpu::TextureFormat::Rgba16Float),
+    ("motion", wgpu::TextureFormat::Rg32Float),
+    ("albedo", wgpu::TextureFormat::Rgba8Unorm),
+    ("surface", wgpu::TextureFormat::Rgba8Unorm),
+    ("light", wgpu::TextureFormat::Rgba16Float),
+    ("traced", wgpu::TextureFormat::Rgba16Float),
+    ("picture", wgpu::TextureFormat::Rgba8Unorm),
+];
+
+/// The texture behind a variable of the shaders.
+fn texture_of(variable: &str) -> &str {
+    match variable {
+        "normal_out" => "normals",
+        other => other.trim_end_matches("_out"),
+    }
+}
+
+impl Stage {
+    /// Makes a scene's textures and pipelines.
+    ///
+    /// # Errors
+    /// If the device lacks what the scene needs.
+    pub fn new(
+        gpu: &Gpu,
+        scene: SceneName,
+        size: [u32; 2],
+        options: &Options,
+    ) -> Result<Stage, StageError> {
+        let failed = |why: &dyn std::fmt::Display| StageError {
+            scene,
+            why: why.to_string(),
+        };
+        let source = scene.source();
+        let (module, info) = input::wgsl(&source).map_err(|error| failed(&error))?;
+        let frame = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("frame"),
+            size: size_of::<Frame>() as u64,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let textures = TEXTURES
+            .into_iter()
+            .map(|(name, format)| (name, texture(&gpu.device, name, format, size)))
+            .collect();
+        let shader = gpu
+            .device
+            .create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some(scene.name()),
+                source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(module.clone())),
+            });
+        let maker = Maker {
+            gpu,
+            module: &module,
+            info: &info,
+            shader: &shader,
+            frame: &frame,
+            textures: &textures,
+        };
+        let geometry = maker.full_rate("geometry").map_err(|e| failed(&e))?;
+        let mut passes = Vec::new();
+        for &name in scene.passes() {
+            let pass_options = PassOptions {
+                label: Some(name.entry()),
+                entry: Some(name.entry()),
+                rewrite: options.clone(),
+                ..PassOptions::default()
+            };
+            passes.push(Shading {
+                name,
+                full_rate: maker.full_rate(name.entry()).map_err(|e| failed(&e))?,
+                variable: Pass::from_module(&gpu.device, &module, &info, &source, &pass_options)
+                    .map_err(|e| failed(&e))?,
+            });
+        }
+        gpu.check().map_err(|e| failed(&e))?;
+        Ok(Stage {
+            scene,
+            size,
+            frame,
+            textures,
+            geometry,
+            passes,
+        })
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> SceneName {
+        self.scene
+    }
+
+    /// Width and height of the picture.
+    pub fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    /// One of the textures: `ids`, `depth`, `normals`, `motion`, `albedo`, `surface`, `light`, `traced` or `picture`.
+    pub fn texture(&self, name: &str) -> Option<&wgpu::Texture> {
+        self.textures.get(name)
+    }
+
+    /// The finished picture, `rgba8unorm`.
+    pub fn picture(&self) -> &wgpu::Texture {
+        &self.textures["picture"]
+    }
+
+    /// The passes that are made variable-rate, in order.
+    pub fn passes(&self) -> impl Iterator<Item = (PassName, &Pass)> {
+        self.passes.iter().map(|pass| (pass.name, &pass.variable))
+    }
+
+    /// Sets the frame for what is submitted from now on.
+    pub fn set_frame(&self, queue: &wgpu::Queue, frame: &Frame) {
+        queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(frame));
+    }
+
+    /// Records the G-buffer.
+    pub fn record_geometry(&self, pass: &mut wgpu::ComputePass) {
+        self.record(pass, &self.geometry);
+    }
+
+    /// Records a pass at full rate, as its author wrote it.
+    pub fn record_full_rate(&self, pass: &mut wgpu::ComputePass, name: PassName) {
+        if let Some(shading) = self.passes.iter().find(|pass| pass.name == name) {
+            self.record(pass, &shading.full_rate);
+        }
+    }
+
+    /// Records a pass at a view's rates.
+    pub fn record_variable(&self, pass: &mut wgpu::ComputePass, name: PassName, view: &View) {
+        if let Some(shading) = self.passes.iter().find(|pass| pass.name == name) {
+            pass.set_bind_group(0, &shading.full_rate.group, &[]);
+            shading.variable.dispatch(pass, view);
+        }
+    }
+
+    fn record(&self, pass: &mut wgpu::ComputePass, what: &FullRate) {
+        let [width, height] = self.size;
+        pass.set_pipeline(&what.pipeline);
+        pass.set_bind_group(0, &what.group, &[]);
+        pass.dispatch_workgroups(width.div_ceil(8), height.div_ceil(8), 1);
+    }
+}
+
+fn texture(
+    device: &wgpu::Device,
+    name: &str,
+    format: wgpu::TextureFormat,
+    size: [u32; 2],
+) -> wgpu::Texture {
+    device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(name),
+        size: wgpu::Extent3d {
+            width: size[0],
+            height: size[1],
+            depth_or_array_layers: 1,
+        },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::STORAGE_BINDING
+            | wgpu::TextureUsages::TEXTURE_BINDING
+            | wgpu::TextureUsages::COPY_SRC
+            | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    })
+}
+
+/// Makes full-rate passes.
+struct Maker<'m> {
+    gpu: &'m Gpu,
+    module: &'m naga::Module,
+    info: &'m naga::valid::ModuleInfo,
+    shader: &'m wgpu::ShaderModule,
+    frame: &'m wgpu::Buffer,
+    textures: &'m HashMap<&'static str, wgpu::Texture>,
+}
+
+impl Maker<'_> {
+    fn full_rate(&self, entry: &str) -> Result<FullRate, String> {
+        let device = &self.gpu.device;
+        let index = self
+            .module
+            .entry_points
+            .iter()
+            .position(|e| e.name == entry)
+            .ok_or_else(|| format!("it has no pass `{entry}`"))?;
+        let resources =
+            reflect::resources(self.module, self.info, index).map_err(|error| error.to_string())?;
+        let layouts = reflect::group_layouts(device, &resources, entry);
+        let Some(Some(layout)) = layouts.first() else {
+            return Err(format!("`{entry}` binds nothing"));
+        };
+        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some(entry),
+            bind_group_layouts: &[Some(layout)],
+            immediate_size: 0,
+        });
+        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(entry),
+            layout: Some(&pipeline_layout),
+            module: self.shader,
+            entry_point: Some(entry),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            cache: None,
+        });
+        let mut views = HashMap::new();
+        for resource in &resources {
+            if let Some(texture) = self.textures.get(texture_of(&resource.name)) {
+                let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+                views.insert(resource.entry.binding, view);
+            }
+        }
+        let entries: Vec<_> = resources
+            .iter()
+            .map(|resource| wgpu::BindGroupEntry {
+                binding: resource.entry.binding,
+                resource: match views.get(&resource.entry.binding) {
+                    Some(view) => wgpu::BindingResource::TextureView(view),
+                    None => self.frame.as_entire_binding(),
+                },
+            })
+            .collect();
+        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some(entry),
+            layout,
+            entries: &entries,
+        });
+        Ok(FullRate { pipeline, group })
+    }
+}
