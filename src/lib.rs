@@ -45,6 +45,8 @@ pub mod cli;
 pub mod demo;
 pub mod dispatch;
 mod kernel;
+#[cfg(feature = "cli")]
+pub mod metrics;
 pub mod rate;
 #[cfg(feature = "cli")]
 pub mod scenes;

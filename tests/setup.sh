@@ -1,9 +1,10 @@
 #!/bin/sh
 # Installs what is missing: `setup.sh driver` a software Vulkan driver, `setup.sh tests` what the tests need besides.
+# g++ compiles the picture metric FLIP.
 # Packages that are there are left alone. On Ubuntu, whose apt has no real Chromium, Chromium is passed over.
 set -eu
 
-wanted="mesa-vulkan-drivers libvulkan1"
+wanted="mesa-vulkan-drivers libvulkan1 g++"
 if [ "${1:-tests}" = tests ]; then
     wanted="$wanted spirv-tools"
     if ! grep -qi '^ID=ubuntu' /etc/os-release; then

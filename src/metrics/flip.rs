@@ -1,0 +1,83 @@
+//! ꟻLIP (Andersson et al., *ꟻLIP: A Difference Evaluator for Alternating Images*, HPG 2020), by its authors' own code.
+
+use super::Shown;
+
+/// The viewing distance that the authors assume: a 0.7 m wide monitor of 3840 pixels seen from 0.7 m.
+pub const PIXELS_PER_DEGREE: f32 = nv_flip::DEFAULT_PIXELS_PER_DEGREE;
+
+/// What ꟻLIP says of a pair of pictures.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Flip {
+    /// The mean over all pixels, 0 to 1.
+    pub mean: f64,
+    /// The value that 99 % of the pixels stay below, 0 to 1.
+    pub p99: f64,
+    /// The error of each pixel in the magma colours: RGB, row by row.
+    pub map: Vec<u8>,
+}
+
+/// Compares two pictures, at the authors' viewing distance.
+///
+/// # Panics
+/// If the pictures differ in size.
+pub fn flip(reference: Shown, test: Shown) -> Flip {
+    reference.assert_same_size(&test);
+    let rgb = |shown: &Shown| {
+        let bytes: Vec<u8> = shown
+            .rgba
+            .chunks_exact(4)
+            .flat_map(|pixel| &pixel[..3])
+            .copied()
+            .collect();
+        nv_flip::FlipImageRgb8::with_data(shown.width, shown.height, &bytes)
+    };
+    let errors = nv_flip::flip(rgb(&reference), rgb(&test), PIXELS_PER_DEGREE);
+    let map = errors.apply_color_lut(&nv_flip::magma_lut()).to_vec();
+    let mut values = errors.to_vec();
+    let mean = values.iter().map(|&v| f64::from(v)).sum::<f64>() / values.len() as f64;
+    values.sort_by(f32::total_cmp);
+    let at = ((values.len() as f64 * 0.99).ceil() as usize).clamp(1, values.len()) - 1;
+    Flip {
+        mean,
+        p99: f64::from(values[at]),
+        map,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plain(value: [u8; 4]) -> Vec<u8> {
+        value.repeat(32 * 32)
+    }
+
+    #[test]
+    fn equal_pictures_do_not_differ() {
+        let a = plain([90, 120, 30, 255]);
+        let found = flip(Shown::new([32, 32], &a), Shown::new([32, 32], &a));
+        assert_eq!((found.mean, found.p99), (0.0, 0.0));
+    }
+
+    #[test]
+    fn black_and_white_differ_by_nearly_all() {
+        // the authors' normalisation sends the largest colour difference, blue to green, to 1
+        let (a, b) = (plain([0, 0, 0, 255]), plain([255, 255, 255, 255]));
+        let found = flip(Shown::new([32, 32], &a), Shown::new([32, 32], &b));
+        assert!(found.mean > 0.9 && found.mean <= 1.0, "{}", found.mean);
+        let (a, b) = (plain([0, 0, 255, 255]), plain([0, 255, 0, 255]));
+        let most = flip(Shown::new([32, 32], &a), Shown::new([32, 32], &b));
+        assert!(most.mean >= found.mean && most.mean > 0.99, "{}", most.mean);
+    }
+
+    #[test]
+    fn one_pixel_moves_the_map_and_hardly_the_mean() {
+        let a = plain([90, 90, 90, 255]);
+        let mut b = a.clone();
+        b[4 * (16 * 32 + 16)] = 255;
+        let found = flip(Shown::new([32, 32], &a), Shown::new([32, 32], &b));
+        assert!(found.mean > 0.0 && found.mean < 0.05, "{}", found.mean);
+        assert_eq!(found.map.len(), 32 * 32 * 3);
+        assert_ne!(found.map[3 * (16 * 32 + 16)..][..3], found.map[..3]);
+    }
+}
