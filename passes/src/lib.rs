@@ -38,12 +38,14 @@
 //! what naga's validator does not, and [`emit`] writes WGSL and compares a fresh parse of it with the module.
 
 pub mod analysis;
+pub mod deep;
 pub mod emit;
 pub mod finding;
 pub mod input;
 pub mod instrument;
 pub mod ir;
 pub mod manifest;
+pub mod near;
 pub mod options;
 pub mod plan;
 pub mod prelude;
@@ -107,7 +109,30 @@ pub fn rewrite<'e>(
     entries: impl Into<Entries<'e>>,
     options: &Options,
 ) -> Result<Rewritten, Refusal> {
-    let chosen = choose(module, entries.into())?;
+    let entries = entries.into();
+    let depth = deep::of_module(module);
+    if depth > deep::MOST {
+        let finding = Finding::new(
+            Code::TooManyPaths,
+            format!(
+                "the module nests {depth} deep, and {} is the most",
+                deep::MOST
+            ),
+        );
+        return Err(finding
+            .help("split long expressions and chains of `else if`")
+            .into());
+    }
+    deep::run_if_deep(depth, || rewrite_here(module, info, entries, options))
+}
+
+fn rewrite_here(
+    module: &Module,
+    info: &ModuleInfo,
+    entries: Entries,
+    options: &Options,
+) -> Result<Rewritten, Refusal> {
+    let chosen = choose(module, entries)?;
     let is_only = chosen.len() == 1;
     let mut rewriter = Rewriter::new(module, info, options)?;
     let mut refusals = Vec::new();

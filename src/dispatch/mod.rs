@@ -4,11 +4,7 @@ pub mod reflect;
 
 use std::{collections::HashMap, sync::Arc};
 
-use naga::{
-    ShaderStage,
-    back::pipeline_constants::process_overrides,
-    valid::{Capabilities, ModuleInfo, ValidationFlags, Validator},
-};
+use naga::{ShaderStage, back::pipeline_constants::process_overrides, valid::ModuleInfo};
 use vrcs_passes::{Color, Finding, Options, Refusal, Source, manifest};
 
 use crate::view::View;
@@ -95,12 +91,8 @@ impl Pass {
         source: &Source,
         options: &PassOptions,
     ) -> Result<Pass, PassError> {
-        let text = source.text();
-        let module = naga::front::wgsl::parse_str(text)
-            .map_err(|error| PassError::Invalid(error.emit_to_string(text)))?;
-        let info = Validator::new(ValidationFlags::all(), Capabilities::all())
-            .validate(&module)
-            .map_err(|error| PassError::Invalid(error.emit_to_string(text)))?;
+        let (module, info) = vrcs_passes::input::wgsl(source)
+            .map_err(|invalid| PassError::Invalid(invalid.rendered))?;
         Pass::from_module(device, &module, &info, source, options)
     }
 

@@ -16,8 +16,8 @@ use super::{EmitError, repair::written_structs};
 /// # Errors
 /// The first difference.
 pub fn audit(module: &Module, text: &str) -> Result<(), EmitError> {
-    // naga's front end does not know this directive yet, and needs none
-    let parsed = text.replacen("enable subgroups;", "                 ", 1);
+    // directives that naga's front end does not know, and does not need
+    let parsed = crate::input::directives::blank(text);
     let written = naga::front::wgsl::parse_str(&parsed).map_err(|error| {
         different(format!(
             "it does not parse: {}",

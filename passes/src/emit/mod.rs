@@ -13,10 +13,11 @@
 pub mod audit;
 mod constant;
 mod repair;
+mod shallow;
 
 use naga::{Expression, Module, Statement, valid::ModuleInfo};
 
-use crate::ir::visit;
+use crate::{deep, input::Directives, ir::visit};
 
 /// Why a module cannot be written as WGSL.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -37,14 +38,30 @@ pub enum EmitError {
 /// # Errors
 /// If there is no text that means the same.
 pub fn wgsl(module: &Module, info: &ModuleInfo) -> Result<String, EmitError> {
-    refuse_what_panics(module)?;
-    let (writable, left_out) = constant::without_computed_initialisers(module);
-    let flags = naga::back::wgsl::WriterFlags::empty();
-    let text = naga::back::wgsl::write_string(&writable, info, flags)
-        .map_err(|error| EmitError::Writer(error.to_string()))?;
-    let text = repair::repair(text, module, &left_out)?;
-    audit::audit(module, &text)?;
-    Ok(text)
+    wgsl_with(module, info, &Directives::default())
+}
+
+/// Writes a module as WGSL, with the [directives](Directives) that its author wrote.
+///
+/// # Errors
+/// If there is no text that means the same.
+pub fn wgsl_with(
+    module: &Module,
+    info: &ModuleInfo,
+    directives: &Directives,
+) -> Result<String, EmitError> {
+    deep::run_if_deep(deep::of_module(module), || {
+        refuse_what_panics(module)?;
+        let (writable, left_out) = constant::without_computed_initialisers(module);
+        let writable = shallow::shallow(writable);
+        let flags = naga::back::wgsl::WriterFlags::empty();
+        let text = naga::back::wgsl::write_string(&writable, info, flags)
+            .map_err(|error| EmitError::Writer(error.to_string()))?;
+        let text = repair::repair(text, module, &left_out)?;
+        let text = repair::put_directives(text, directives);
+        audit::audit(module, &text)?;
+        Ok(text)
+    })
 }
 
 fn refuse_what_panics(module: &Module) -> Result<(), EmitError> {

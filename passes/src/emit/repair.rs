@@ -15,7 +15,7 @@ use super::{
     EmitError,
     constant::{self, Initialised, LeftOut},
 };
-use crate::ir::visit;
+use crate::{input::Directives, ir::visit};
 
 /// Repairs written text.
 pub(super) fn repair(
@@ -75,6 +75,24 @@ pub(super) fn repair(
         out.push('\n');
     }
     Ok(out)
+}
+
+/// Puts the author's directives at the head of a text, where they are not there yet.
+pub(super) fn put_directives(text: String, directives: &Directives) -> String {
+    let there = Directives::of(&text);
+    let mut head = String::new();
+    for (keyword, wanted, there) in [
+        ("enable", &directives.enables, &there.enables),
+        ("requires", &directives.requires, &there.requires),
+    ] {
+        for name in wanted.iter().filter(|name| !there.contains(name)) {
+            head.push_str(&format!("{keyword} {name};\n"));
+        }
+    }
+    for rule in &directives.diagnostics {
+        head.push_str(&format!("diagnostic({rule});\n"));
+    }
+    head + &text
 }
 
 /// The structs that naga writes, in order.
