@@ -5,7 +5,7 @@ cd "$(dirname "$0")/.."
 
 tests/setup.sh tests
 
-tools="spirv-val"
+tools="spirv-val glslangValidator"
 swiftshader=/usr/lib/chromium/vk_swiftshader_icd.json
 if [ -e "$swiftshader" ]; then
     tools="$tools chromium"

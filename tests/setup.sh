@@ -6,7 +6,7 @@ set -eu
 
 wanted="mesa-vulkan-drivers libvulkan1 g++"
 if [ "${1:-tests}" = tests ]; then
-    wanted="$wanted spirv-tools"
+    wanted="$wanted spirv-tools glslang-tools"
     if ! grep -qi '^ID=ubuntu' /etc/os-release; then
         wanted="$wanted chromium"
     fi

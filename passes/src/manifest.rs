@@ -30,6 +30,65 @@ pub struct Manifest {
     pub preconditions: Vec<String>,
     /// The rewritten entry points, in the module's order.
     pub entries: Vec<Entry>,
+    /// What the shader was written as, if it was.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub output: Option<Output>,
+}
+
+/// What a module was written as, and where its bindings are in that language's terms.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Output {
+    /// `wgsl`, `spirv`, `hlsl`, `msl` or `glsl`.
+    pub language: String,
+    /// Its version: `1.3`, `6.0`, `2.4`, `450`; empty for WGSL.
+    pub version: String,
+    /// The entry points that are in it, whether rewritten or not. For WGSL none: there, nothing moves.
+    pub entries: Vec<OutputEntry>,
+}
+
+impl Output {
+    /// WGSL text: groups and bindings are the module's.
+    pub(crate) fn wgsl() -> Output {
+        Output {
+            language: "wgsl".to_owned(),
+            ..Output::default()
+        }
+    }
+}
+
+/// An entry point of a written module.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OutputEntry {
+    /// Its name in the module.
+    pub name: String,
+    /// Its name in the text.
+    pub written: String,
+    /// Its bindings.
+    pub bindings: Vec<OutputBinding>,
+    /// What the back end adds, and where it is.
+    #[serde(default, skip_serializing_if = "std::collections::BTreeMap::is_empty")]
+    pub extra: std::collections::BTreeMap<String, String>,
+}
+
+/// Where a binding is in a language's terms.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OutputBinding {
+    /// The variable's name in the module.
+    pub name: String,
+    /// Its group in the module; `null` for immediates.
+    pub group: Option<u32>,
+    /// Its number in the group.
+    pub binding: Option<u32>,
+    /// What it is: `uniform`, `storage`, `read-only-storage`, `texture`, `storage-texture`, `sampler`, `immediate`.
+    pub class: String,
+    /// What it is numbered among: `binding` or `push-constant` in SPIR-V, `b`, `t`, `u` or `sampler-index` in HLSL,
+    /// `buffer`, `texture` or `sampler` in MSL, `uniform`, `buffer`, `image` or `texture` in GLSL.
+    pub register: String,
+    /// Its number there.
+    pub index: u32,
+    /// The descriptor set in SPIR-V, the register space in HLSL.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub space: Option<u32>,
 }
 
 impl Manifest {
@@ -39,6 +98,7 @@ impl Manifest {
             generator: concat!("vrcs ", env!("CARGO_PKG_VERSION")).to_owned(),
             preconditions: preconditions(),
             entries: Vec::new(),
+            output: None,
         }
     }
 }

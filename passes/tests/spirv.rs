@@ -3,13 +3,19 @@
 //! Without `spirv-val` on the machine the test passes over it; `tests/run.sh` installs it and sets
 //! `VRCS_REQUIRE_TOOLS`, so that it cannot be passed over there.
 
+#![cfg(feature = "spirv")]
+
 use std::{
     io::Write,
     path::Path,
     process::{Command, Stdio},
 };
 
-use vrcs_passes::{Entries, Options, Source, input, rewrite};
+use vrcs_passes::{
+    Entries, Options, Source,
+    emit::{self, Form},
+    input, rewrite,
+};
 
 fn spirv_val() -> Option<Command> {
     let there = Command::new("spirv-val").arg("--version").output().is_ok();
@@ -58,24 +64,14 @@ fn validate(rewritten: &vrcs_passes::Rewritten, entry: &str, path: &Path) {
         .filter(|(_, item)| item.init.is_none())
         .filter_map(|(_, item)| Some((item.name.clone()?, 8.0)))
         .collect();
-    let (module, info) = naga::back::pipeline_constants::process_overrides(
-        &rewritten.module,
-        &rewritten.info,
-        Some((naga::ShaderStage::Compute, entry)),
-        &constants,
-    )
-    .expect("constants");
-    let options = naga::back::spv::Options {
-        lang_version: (1, 3),
-        ..naga::back::spv::Options::default()
+    let form = Form {
+        entry: Some(entry.to_owned()),
+        constants,
+        ..Form::default()
     };
-    let pipeline = naga::back::spv::PipelineOptions {
-        shader_stage: naga::ShaderStage::Compute,
-        entry_point: entry.to_owned(),
-    };
-    let words =
-        naga::back::spv::write_vec(&module, &info, &options, Some(&pipeline)).expect("SPIR-V");
-    let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+    let written = emit::spirv(&rewritten.module, &rewritten.info, &form).expect("SPIR-V");
+    assert_eq!(written.output.entries.len(), 1);
+    let bytes = written.bytes;
     let mut child = spirv_val()
         .expect("spirv-val")
         .args(["--target-env", "vulkan1.1", "-"])

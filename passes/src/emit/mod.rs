@@ -1,4 +1,7 @@
-//! A module as WGSL text that means the same as the module.
+//! A module as text or SPIR-V that means the same as the module.
+//!
+//! [`write`] writes any language. The rest of this page is about WGSL; the others are naga's own work, with a map of their
+//! bindings.
 //!
 //! naga's WGSL writer leaves things out without a word: `@size` and `@align`, workgroup sizes that overrides decide,
 //! `enable subgroups;`. It puts an underscore behind names that end in a digit, overrides included, which the host
@@ -12,14 +15,19 @@
 
 pub mod audit;
 mod constant;
+mod native;
 mod repair;
 mod shallow;
+mod target;
 
 use naga::{Expression, Module, Statement, valid::ModuleInfo};
 
-use crate::{deep, input::Directives, ir::visit};
+use crate::{deep, input::Directives, ir::visit, manifest::Output};
 
-/// Why a module cannot be written as WGSL.
+pub use native::Written;
+pub use target::{Form, Language, Target};
+
+/// Why a module cannot be written.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum EmitError {
     /// naga's writer has no text for this.
@@ -31,6 +39,88 @@ pub enum EmitError {
     /// The text does not say what the module says.
     #[error("the WGSL text would not mean the same as the module: {0}")]
     Audit(String),
+    /// There is no such entry point.
+    #[error("no entry point is called `{0}`")]
+    NoEntry(String),
+    /// The language holds one entry point, and several could be written.
+    #[error("GLSL holds one entry point; choose one of {}", .0.join(", "))]
+    OneEntry(Vec<String>),
+    /// An override has no value, or there is none of a name.
+    #[error("the shader's overrides: {0}")]
+    Constants(String),
+    /// naga's back end for a language cannot write the module.
+    #[error("{} cannot be written for this shader: {why}", .language.name())]
+    BackEnd {
+        /// The language.
+        language: Language,
+        /// What it says.
+        why: String,
+    },
+}
+
+/// Writes a module in any language.
+///
+/// `directives` are what the author's WGSL text said; only WGSL has them.
+///
+/// # Errors
+/// If the language cannot say what the module says.
+pub fn write(
+    module: &Module,
+    info: &ModuleInfo,
+    target: Target,
+    form: &Form,
+    directives: &Directives,
+) -> Result<Written, EmitError> {
+    match target.language() {
+        Language::Wgsl => {
+            wgsl_with(module, info, directives).map(|text| Written::text(text, Output::wgsl()))
+        }
+        _ => native::write(module, info, target, form),
+    }
+}
+
+/// Writes a module as SPIR-V 1.3: words in little-endian order, and the map of its bindings.
+///
+/// ```
+/// # let source = vrcs_passes::Source::new("a.wgsl", "@compute @workgroup_size(8, 8) fn main() {}");
+/// let (module, info) = vrcs_passes::input::wgsl(&source)?;
+/// # if cfg!(feature = "spirv") {
+/// let written = vrcs_passes::emit::spirv(&module, &info, &vrcs_passes::emit::Form::default())?;
+/// assert_eq!(&written.bytes[..4], &0x0723_0203u32.to_le_bytes());
+/// # }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// If SPIR-V cannot say what the module says.
+pub fn spirv(module: &Module, info: &ModuleInfo, form: &Form) -> Result<Written, EmitError> {
+    native::write(module, info, Language::SpirV.into(), form)
+}
+
+/// Writes a module as HLSL for shader model 6.0. Registers are the bindings' numbers, spaces their groups.
+///
+/// # Errors
+/// If HLSL cannot say what the module says.
+pub fn hlsl(module: &Module, info: &ModuleInfo, form: &Form) -> Result<Written, EmitError> {
+    native::write(module, info, Language::Hlsl.into(), form)
+}
+
+/// Writes a module as Metal Shading Language 2.4. Buffers, textures and samplers are numbered from 0 in the order of their
+/// declaration.
+///
+/// # Errors
+/// If MSL cannot say what the module says.
+pub fn msl(module: &Module, info: &ModuleInfo, form: &Form) -> Result<Written, EmitError> {
+    native::write(module, info, Language::Msl.into(), form)
+}
+
+/// Writes an entry point as GLSL 4.50. Uniform buffers, storage buffers, images and textures are numbered from 0, each kind for
+/// itself.
+///
+/// # Errors
+/// If GLSL cannot say what the entry point says, or if it is not told which of several is wanted.
+pub fn glsl(module: &Module, info: &ModuleInfo, form: &Form) -> Result<Written, EmitError> {
+    native::write(module, info, Language::Glsl.into(), form)
 }
 
 /// Writes a module as WGSL.
