@@ -403,3 +403,491 @@ fn the_demo_draws_and_tells() {
         assert_eq!((picture.width(), picture.height()), (160, 90));
     }
 }
+
+/// The manifest of a file.
+fn manifest(path: &Path) -> vrcs_passes::manifest::Manifest {
+    let json = std::fs::read_to_string(path).expect("a manifest");
+    serde_json::from_str(&json).expect("a manifest")
+}
+
+/// The JSON on standard output.
+fn json(output: &Output) -> serde_json::Value {
+    serde_json::from_slice(&output.stdout).expect("JSON, and nothing else, on standard output")
+}
+
+/// A folder of shaders, good and bad, with a module that they import.
+fn shaders() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
+        std::fs::write(path, text).expect("a file");
+    };
+    let store = |value: &str| {
+        format!(
+            "@group(0) @binding(0) var picture: texture_storage_2d<rgba8unorm, write>;
+@compute @workgroup_size(8, 8) fn shade(@builtin(global_invocation_id) id: vec3<u32>) {{
+    textureStore(picture, id.xy, vec4({value}));
+}}
+"
+        )
+    };
+    write("in/a.wgsl", &store("f32(id.x)"));
+    write(
+        "in/deep/b.wgsl",
+        &format!("#import lib::noise\n{}", store("noise::value(id.x)")),
+    );
+    write(
+        "in/lib/noise.wgsl",
+        "#define_import_path lib::noise\nfn value(x: u32) -> f32 { return f32(x) * f32(#{SCALE}); }\n",
+    );
+    write("in/refused.wgsl", &store("subgroupAdd(f32(id.x))"));
+    write("in/wrong.wgsl", "fn f(\n");
+    write(
+        "in/vertex.wgsl",
+        "@vertex fn v() -> @builtin(position) vec4<f32> { return vec4(1.0); }",
+    );
+    write("in/notes.txt", "not a shader");
+    write(
+        "good/common.wgsl",
+        "fn value(x: u32) -> f32 { return f32(x); }\n",
+    );
+    write("good/main.wgsl", &store("value(id.x)"));
+    folder
+}
+
+#[test]
+fn several_files_are_one_shader() {
+    let folder = shaders();
+    let files = ["good/common.wgsl", "good/main.wgsl"];
+    let output = vrcs(
+        &[
+            "rewrite",
+            files[0],
+            files[1],
+            "-o",
+            "one.wgsl",
+            "--manifest",
+            "one.json",
+        ],
+        folder.path(),
+    );
+    assert_eq!(status(&output), 0, "{}", stderr(&output));
+    let text = std::fs::read_to_string(folder.path().join("one.wgsl")).expect("a shader");
+    assert!(text.contains("fn value(") && text.contains("fn vrcs_copy_picture"));
+    assert_eq!(
+        manifest(&folder.path().join("one.json")).entries[0].name,
+        "shade"
+    );
+    // a message points into the file that it is about
+    let output = vrcs(&["rewrite", "good/main.wgsl"], folder.path());
+    assert_eq!(status(&output), 1);
+    let said = stderr(&output);
+    assert!(said.contains("good/main.wgsl:3:39"), "{said}");
+    assert!(said.contains("give that file first"), "{said}");
+}
+
+#[test]
+fn imports_and_definitions_are_understood() {
+    let folder = shaders();
+    let rewrite = |define: &[&str]| {
+        let arguments = [&["rewrite", "in/deep/b.wgsl", "-I", "in/lib"], define].concat();
+        vrcs(&arguments, folder.path())
+    };
+    let output = rewrite(&["-D", "SCALE=0.25"]);
+    assert_eq!(status(&output), 0, "{}", stderr(&output));
+    assert!(stdout(&output).contains("0.25"), "{}", stdout(&output));
+    // without the definition the module is at fault, in its own line
+    let output = rewrite(&[]);
+    assert_eq!(status(&output), 1);
+    assert!(
+        stderr(&output).contains("noise.wgsl:2:"),
+        "{}",
+        stderr(&output)
+    );
+    let output = vrcs(&["rewrite", "in/deep/b.wgsl"], folder.path());
+    assert_eq!(status(&output), 1);
+    assert!(
+        stderr(&output).contains("there is no module `lib::noise`"),
+        "{}",
+        stderr(&output)
+    );
+}
+
+#[test]
+fn the_output_language_is_told_by_extension_or_flag() {
+    let folder = folder();
+    let rewrite = |arguments: &[&str]| {
+        vrcs(
+            &[&["rewrite", "good.wgsl"], arguments].concat(),
+            folder.path(),
+        )
+    };
+    for (file, flag) in [
+        ("a.spv", None),
+        ("a.hlsl", None),
+        ("a.metal", None),
+        ("a.comp", None),
+        ("b.wgsl", None),
+        ("a.txt", Some("--to=glsl-460")),
+    ] {
+        let arguments: Vec<&str> = ["-o", file, "--manifest", "m.json"]
+            .into_iter()
+            .chain(flag)
+            .collect();
+        let output = rewrite(&arguments);
+        assert_eq!(status(&output), 0, "{file}: {}", stderr(&output));
+        assert!(folder.path().join(file).metadata().expect("a file").len() > 100);
+        let manifest = manifest(&folder.path().join("m.json"));
+        let written = manifest.output.expect("what was written");
+        assert_eq!(written.entries.is_empty(), file == "b.wgsl", "{file}");
+    }
+    // SPIR-V comes in again, and is not rewritten twice
+    let output = vrcs(&["rewrite", "a.spv", "-o", "c.spv"], folder.path());
+    assert_eq!(status(&output), 1, "{}", stderr(&output));
+    assert!(stderr(&output).contains("VRCS"), "{}", stderr(&output));
+
+    let output = rewrite(&["-o", "a.hsl"]);
+    assert_eq!(status(&output), 2);
+    assert!(
+        stderr(&output).contains("did you mean `.hlsl`?"),
+        "{}",
+        stderr(&output)
+    );
+    assert!(stderr(&output).contains(".metal"), "{}", stderr(&output));
+    let output = rewrite(&["--to", "mls"]);
+    assert_eq!(status(&output), 2);
+    assert!(
+        stderr(&output).contains("did you mean `msl`?"),
+        "{}",
+        stderr(&output)
+    );
+    let output = vrcs(&["rewrite", "shader.wgls"], folder.path());
+    assert_eq!(status(&output), 2);
+    assert!(
+        stderr(&output).contains("did you mean `.wgsl`?"),
+        "{}",
+        stderr(&output)
+    );
+    let output = rewrite(&["--override", "A=1"]);
+    assert_eq!(status(&output), 2, "WGSL keeps its overrides");
+}
+
+#[test]
+fn a_batch_goes_on_after_a_failure_and_skips_what_has_not_changed() {
+    let folder = shaders();
+    let arguments = ["rewrite", "in", "-o", "out/", "-D", "SCALE=2.0"];
+    let first = vrcs(&arguments, folder.path());
+    assert_eq!(status(&first), 1, "two are at fault");
+    assert_eq!(stdout(&first), "");
+    let said = stderr(&first);
+    for expected in [
+        "in/refused.wgsl:3:",
+        "VRCS016",
+        "in/wrong.wgsl:",
+        "note: in/vertex.wgsl is passed by",
+        "2 rewritten, 0 unchanged, 1 passed by, 2 failed",
+    ] {
+        assert!(said.contains(expected), "no `{expected}` in\n{said}");
+    }
+    let out = folder.path().join("out");
+    assert_eq!(names(&out), [".vrcs.json", "a.json", "a.wgsl", "deep"]);
+    assert_eq!(names(&out.join("deep")), ["b.json", "b.wgsl"]);
+
+    // again: the same text in the same order, nothing is done anew
+    let again = vrcs(&arguments, folder.path());
+    let said = stderr(&again);
+    assert!(
+        said.contains("0 rewritten, 2 unchanged, 1 passed by, 2 failed"),
+        "{said}"
+    );
+    // what a shader imports counts, and what it was written as, and what lies there
+    let count = |arguments: &[&str]| {
+        let said = stderr(&vrcs(arguments, folder.path()));
+        said.lines().last().unwrap_or_default().to_owned()
+    };
+    std::fs::write(out.join("a.wgsl"), "changed by hand").expect("a file");
+    assert!(count(&arguments).starts_with("1 rewritten, 1 unchanged"));
+    let module = folder.path().join("in/lib/noise.wgsl");
+    let text = std::fs::read_to_string(&module).expect("a module");
+    std::fs::write(&module, text + "// changed\n").expect("a module");
+    assert!(!count(&arguments).starts_with("0 rewritten"));
+    assert!(count(&arguments).starts_with("0 rewritten, 2 unchanged"));
+    let other = [&arguments[..], &["--max-rate", "4x4"]].concat();
+    assert!(count(&other).starts_with("2 rewritten, 0 unchanged"));
+    let forced = [&other[..], &["--force"]].concat();
+    assert!(count(&forced).starts_with("2 rewritten, 0 unchanged"));
+}
+
+#[test]
+fn a_batch_is_the_same_every_time() {
+    let folder = shaders();
+    let run = |out: &str| {
+        let output = vrcs(
+            &["rewrite", "in", "-o", out, "-D", "SCALE=2.0", "--json"],
+            folder.path(),
+        );
+        let report = stdout(&output).replace(out, "OUT/");
+        let text = std::fs::read(folder.path().join(out).join("deep/b.wgsl")).expect("a shader");
+        (report, stderr(&output), text)
+    };
+    let (one, two) = (run("one/"), run("two/"));
+    assert_eq!(one, two);
+    assert_eq!(one.1, "", "with --json all is on standard output");
+    let report: serde_json::Value = serde_json::from_str(&one.0).expect("JSON");
+    let statuses: Vec<_> = report
+        .as_array()
+        .expect("a list")
+        .iter()
+        .map(|shader| {
+            (
+                shader["shader"].as_str().unwrap_or(""),
+                shader["status"].as_str().unwrap_or(""),
+            )
+        })
+        .collect();
+    assert_eq!(
+        statuses,
+        [
+            ("in/a.wgsl", "rewritten"),
+            ("in/deep/b.wgsl", "rewritten"),
+            ("in/refused.wgsl", "refused"),
+            ("in/vertex.wgsl", "nothing-per-pixel"),
+            ("in/wrong.wgsl", "invalid"),
+        ]
+    );
+    let refused = &report[2]["findings"][0];
+    assert_eq!(refused["code"], "VRCS016");
+    assert_eq!(refused["places"][0]["line"], 3);
+    assert_eq!(
+        report[4]["findings"][0]["places"][0]["file"],
+        "in/wrong.wgsl"
+    );
+}
+
+#[test]
+fn a_batch_that_makes_no_sense_is_refused() {
+    let folder = shaders();
+    std::fs::write(folder.path().join("in/a.comp"), "").expect("a file");
+    for (arguments, message) in [
+        (&["rewrite", "in"][..], "`-o DIR/`"),
+        (
+            &["rewrite", "in", "-o", "out/", "--manifest", "m.json"],
+            "leave --manifest out",
+        ),
+        (&["rewrite", "in", "-o", "in"], "is the shader itself"),
+        (&["rewrite", "in", "-o", "out/"], "would both be written to"),
+        (
+            &["rewrite", "good/main.wgsl", "in/a.comp", "-o", "x.wgsl"],
+            "cannot be one shader",
+        ),
+        (
+            &["rewrite", "good/main.wgsl", "--json"],
+            "cannot both go to standard output",
+        ),
+        (
+            &["rewrite", "good/main.wgsl", "-D", "=3"],
+            "is not NAME=VALUE",
+        ),
+        (&["rewrite", "-", "--watch"], "cannot be watched"),
+    ] {
+        let output = vrcs(arguments, folder.path());
+        assert_eq!(status(&output), 2, "{arguments:?}: {}", stderr(&output));
+        assert!(
+            stderr(&output).contains(message),
+            "{arguments:?}: {}",
+            stderr(&output)
+        );
+    }
+}
+
+#[test]
+fn explain_tells_what_is_stored_where_and_why() {
+    let folder = folder();
+    std::fs::write(
+        folder.path().join("three.wgsl"),
+        "struct View { size: vec2<u32>, stride: u32 }
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var picture: texture_storage_2d<rgba8unorm, write>;
+@group(0) @binding(2) var<storage, read_write> depth: array<f32>;
+@compute @workgroup_size(8, 8)
+fn shade(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= view.size) { return; }
+    textureStore(picture, id.xy, vec4(1.0));
+    depth[id.y * view.stride + id.x] = f32(id.x);
+}
+@compute @workgroup_size(8, 8)
+fn shuffle(@builtin(global_invocation_id) id: vec3<u32>) {
+    textureStore(picture, id.xy ^ vec2(1u), vec4(0.5));
+}
+@compute @workgroup_size(64)
+fn count(@builtin(global_invocation_id) id: vec3<u32>) {
+    depth[id.x] = depth[id.x + 1u];
+}
+",
+    )
+    .expect("a file");
+    let output = vrcs(&["explain", "three.wgsl"], folder.path());
+    let text = stdout(&output);
+    for expected in [
+        "three.wgsl: shade: rewritten",
+        "remapped   global_invocation_id",
+        "domain     not (id.x >= view.size.x)",
+        "store      `picture` at three.wgsl:8:",
+        "offset: d(address)/dx = (1, 0), d(address)/dy = (0, 1)",
+        "offset: d(address)/dx = 1, d(address)/dy = view.stride",
+        "three.wgsl: shuffle: rewritten",
+        "recomputed: the address does not move evenly; `(1u ^ global_invocation_id.x), ",
+        "three.wgsl: count: REFUSED",
+    ] {
+        assert!(
+            text.contains(expected),
+            "no `{expected}` in\n{text}{}",
+            stderr(&output)
+        );
+    }
+    assert_eq!(status(&output), 1, "one is refused");
+    let output = vrcs(
+        &["explain", "three.wgsl", "--json", "--entry", "shade"],
+        folder.path(),
+    );
+    assert_eq!(status(&output), 0);
+    let report = json(&output);
+    assert_eq!(report[0]["entries"][0]["verdict"], "rewritten");
+    assert_eq!(report[0]["entries"][0]["stores"][1]["place"]["line"], 9);
+    let output = vrcs(&["explain", "three.wgsl", "--entry", "shad"], folder.path());
+    assert_eq!(status(&output), 1);
+    assert!(
+        stderr(&output).contains("did you mean `shade`?"),
+        "{}",
+        stderr(&output)
+    );
+    let output = vrcs(&["explain", "bad.wgsl"], folder.path());
+    assert_eq!(status(&output), 1);
+    assert!(stderr(&output).contains("bad.wgsl:1:1"));
+}
+
+#[test]
+fn codes_are_explained() {
+    let folder = folder();
+    let output = vrcs(&["explain", "VRCS013"], folder.path());
+    assert_eq!(status(&output), 0);
+    assert!(
+        stdout(&output).contains("reads what other invocations"),
+        "{}",
+        stdout(&output)
+    );
+    let output = vrcs(&["codes"], folder.path());
+    assert_eq!(status(&output), 0);
+    assert!(stdout(&output).lines().count() >= vrcs_passes::Code::ALL.len());
+    let output = vrcs(&["codes", "--json"], folder.path());
+    assert_eq!(
+        json(&output).as_array().map(Vec::len),
+        Some(vrcs_passes::Code::ALL.len())
+    );
+    assert_eq!(status(&vrcs(&["explain", "VRCS777"], folder.path())), 2);
+}
+
+#[test]
+fn completions_and_man_pages_are_made() {
+    let folder = folder();
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let output = vrcs(&["completions", shell], folder.path());
+        assert_eq!(status(&output), 0);
+        assert!(stdout(&output).contains("rewrite"), "{shell}");
+    }
+    let output = vrcs(&["man", "pages"], folder.path());
+    assert_eq!(status(&output), 0);
+    let pages = names(&folder.path().join("pages"));
+    assert!(pages.contains(&"vrcs.1".to_owned()) && pages.contains(&"vrcs-rewrite.1".to_owned()));
+    assert!(
+        !pages.iter().any(|page| page.contains("child")),
+        "{pages:?}"
+    );
+}
+
+#[test]
+fn a_misspelt_command_or_flag_gets_a_suggestion() {
+    let folder = folder();
+    for (arguments, expected) in [
+        (&["rewrit", "good.wgsl"][..], "'rewrite'"),
+        (&["rewrite", "good.wgsl", "--outpt", "x.wgsl"], "'--output'"),
+    ] {
+        let output = vrcs(arguments, folder.path());
+        assert_eq!(status(&output), 2);
+        assert!(stderr(&output).contains(expected), "{}", stderr(&output));
+    }
+}
+
+#[test]
+fn watching_rewrites_what_changes() {
+    use std::time::{Duration, Instant};
+    let folder = shaders();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_vrcs"))
+        .args(["rewrite", "in/a.wgsl", "-o", "a.out.wgsl", "--watch"])
+        .current_dir(folder.path())
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("the program starts");
+    let out = folder.path().join("a.out.wgsl");
+    let wait_for = |wanted: &str| {
+        let start = Instant::now();
+        while start.elapsed() < Duration::from_secs(20) {
+            if std::fs::read_to_string(&out).is_ok_and(|text| text.contains(wanted)) {
+                return true;
+            }
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        false
+    };
+    let first = wait_for("f32(");
+    // a change in the moment of the start is not promised to be seen
+    std::thread::sleep(Duration::from_millis(300));
+    let path = folder.path().join("in/a.wgsl");
+    let text = std::fs::read_to_string(&path).expect("a shader");
+    std::fs::write(&path, text.replace("f32(id.x)", "0.125")).expect("a shader");
+    let second = wait_for("0.125");
+    child.kill().expect("it runs until it is ended");
+    let _ = child.wait();
+    assert!(first && second, "first {first}, second {second}");
+}
+
+#[test]
+fn no_colours_where_nobody_wants_them() {
+    let folder = folder();
+    let output = vrcs(&["rewrite", "nothing.wgsl"], folder.path());
+    assert!(!stderr(&output).contains('\x1b'));
+    assert!(!stdout(&vrcs(&["explain", "good.wgsl"], folder.path())).contains('\x1b'));
+}
+
+/// Shaders from anywhere do not make the program panic or overflow.
+#[test]
+fn hostile_shaders_are_refused_in_one_piece() {
+    let folder = folder();
+    for (name, text) in [
+        ("deep.wgsl", "fn f() { ".to_owned() + &"(".repeat(200_000)),
+        (
+            "sum.wgsl",
+            format!("const A = 1{};", " + 1".repeat(300_000)),
+        ),
+        (
+            "deep.comp",
+            format!("#version 450\nvoid main() {{ {} }}", "{".repeat(200_000)),
+        ),
+        ("empty.spv", String::new()),
+        ("empty.wgsl", String::new()),
+        ("endless.wgsl", "/*".to_owned()),
+        ("if.wgsl", "#ifdef A\n".repeat(10_000)),
+    ] {
+        std::fs::write(folder.path().join(name), text).expect("a file");
+        let output = vrcs(&["rewrite", name], folder.path());
+        assert_eq!(status(&output), 1, "{name}: {}", stderr(&output));
+        assert!(
+            stderr(&output).contains("error"),
+            "{name}: {}",
+            stderr(&output)
+        );
+    }
+}

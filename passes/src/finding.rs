@@ -103,6 +103,23 @@ impl fmt::Display for Code {
     }
 }
 
+impl std::str::FromStr for Code {
+    type Err = String;
+
+    /// Understands `VRCS013`, `vrcs13` and `13`.
+    fn from_str(text: &str) -> Result<Code, String> {
+        let digits = match text.get(..4) {
+            Some(prefix) if prefix.eq_ignore_ascii_case("vrcs") => &text[4..],
+            _ => text,
+        };
+        let number: Option<u16> = digits.parse().ok();
+        let found = Code::ALL.iter().find(|code| Some(code.number()) == number);
+        found
+            .copied()
+            .ok_or_else(|| format!("there is no code `{text}`; `vrcs codes` lists them"))
+    }
+}
+
 impl Serialize for Code {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_str(self)

@@ -40,6 +40,7 @@
 pub mod analysis;
 pub mod deep;
 pub mod emit;
+pub mod explain;
 pub mod finding;
 pub mod input;
 pub mod instrument;
@@ -50,6 +51,7 @@ pub mod options;
 pub mod plan;
 pub mod prelude;
 pub mod source;
+pub mod told;
 pub mod transform;
 
 use naga::{

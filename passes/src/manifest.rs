@@ -92,6 +92,14 @@ pub struct OutputBinding {
 }
 
 impl Manifest {
+    /// The manifest as JSON, with a line break at its end.
+    pub fn to_json(&self) -> String {
+        match serde_json::to_string_pretty(self) {
+            Ok(json) => json + "\n",
+            Err(error) => unreachable!("a manifest is plain data: {error}"),
+        }
+    }
+
     pub(crate) fn new() -> Manifest {
         Manifest {
             version: VERSION,

@@ -15,31 +15,35 @@ pub(crate) fn is_stream(path: &Path) -> bool {
 
 /// Reads a shader's text.
 pub(crate) fn read_text(path: &Path) -> Result<String, Failure> {
-    let outside = |error: std::io::Error| {
-        let name = if is_stream(path) {
-            "standard input".to_owned()
-        } else {
-            path.display().to_string()
-        };
-        let why = match error.kind() {
-            std::io::ErrorKind::InvalidData => "it is not text".to_owned(),
-            std::io::ErrorKind::NotFound => "there is no such file".to_owned(),
-            std::io::ErrorKind::IsADirectory => "it is a folder".to_owned(),
-            _ => error.to_string(),
-        };
-        Failure::Outside(format!("{name}: {why}"))
+    String::from_utf8(read_bytes(path)?).map_err(|_| unreadable(path, "it is not text"))
+}
+
+/// Reads a file.
+pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, Failure> {
+    let mut bytes = Vec::new();
+    let read = match is_stream(path) {
+        true => std::io::stdin().read_to_end(&mut bytes),
+        false => std::fs::File::open(path).and_then(|mut file| file.read_to_end(&mut bytes)),
     };
-    let mut text = String::new();
-    if is_stream(path) {
-        std::io::stdin()
-            .read_to_string(&mut text)
-            .map_err(outside)?;
-    } else {
-        std::fs::File::open(path)
-            .and_then(|mut file| file.read_to_string(&mut text))
-            .map_err(outside)?;
+    match read {
+        Ok(_) => Ok(bytes),
+        Err(error) => {
+            let why = match error.kind() {
+                std::io::ErrorKind::NotFound => "there is no such file".to_owned(),
+                std::io::ErrorKind::IsADirectory => "it is a folder".to_owned(),
+                _ => error.to_string(),
+            };
+            Err(unreadable(path, &why))
+        }
     }
-    Ok(text)
+}
+
+fn unreadable(path: &Path, why: &str) -> Failure {
+    let name = match is_stream(path) {
+        true => "standard input".to_owned(),
+        false => path.display().to_string(),
+    };
+    Failure::Outside(format!("{name}: {why}"))
 }
 
 /// What a text is called in messages.

@@ -3,11 +3,17 @@
 //! Results go to standard output, all else to standard error. Exit status: 0 done, 1 refused or failed, 2 misused, 3 input/output
 //! or device.
 
+mod batch;
 mod check;
 mod demo;
+mod explain;
 mod files;
+mod generate;
+mod inputs;
+mod make;
 mod rewrite;
 mod talk;
+mod watch;
 
 use std::process::ExitCode;
 
@@ -23,6 +29,7 @@ use crate::check::gpu::GpuError;
     max_term_width = 100,
     after_help = "Examples:
   vrcs rewrite lighting.wgsl -o lighting.vrcs.wgsl --manifest lighting.json
+  vrcs explain lighting.wgsl
   vrcs check lighting.wgsl --size 320x200 --cases 200
   vrcs demo --out out
 
@@ -35,14 +42,22 @@ struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Rewrite a WGSL shader into a variable-rate one. Needs no GPU.
+    /// Rewrite shaders into variable-rate ones. Needs no GPU.
     Rewrite(rewrite::Arguments),
+    /// Tell what is made of a shader and why, or what a code such as VRCS013 means. Needs no GPU.
+    Explain(explain::Arguments),
     /// Check a rewrite on a driver: run original and rewritten shader over many shading rates, bit for bit.
     Check(check::Arguments),
     /// Shade a scene at full rate and at variable rate; write pictures and print what it saved.
     Demo(demo::Arguments),
+    /// List the codes of refusals and warnings, with what they mean.
+    Codes(explain::Codes),
     /// List the adapters that `check` and `demo` can run on.
     Adapters,
+    /// Print the completions for a shell.
+    Completions(generate::Completions),
+    /// Write the man pages.
+    Man(generate::Man),
     /// One check, in a process of its own: what `check` starts.
     #[command(hide = true)]
     CheckChild,
@@ -98,6 +113,10 @@ pub fn run() -> ExitCode {
     };
     let outcome = match arguments.command {
         Command::Rewrite(arguments) => rewrite::run(&arguments),
+        Command::Explain(arguments) => explain::run(&arguments),
+        Command::Codes(arguments) => explain::codes(&arguments),
+        Command::Completions(arguments) => generate::completions(&arguments),
+        Command::Man(arguments) => generate::man(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Adapters => adapters(),

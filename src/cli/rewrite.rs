@@ -1,27 +1,67 @@
 //! `vrcs rewrite`
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use serde::Serialize;
 use vrcs_passes::{
-    Entries, Options, Rewritten, Source, emit, input, manifest,
+    Entries, Options, Rewritten, Source,
+    emit::{Form, Language, Target},
+    input,
+    manifest::Manifest,
+    near,
     options::{FullTiles, MaxRate, Mode},
+    told::Told,
 };
 
-use super::{Failure, files, talk};
+use super::{
+    Failure, batch, files,
+    inputs::{In, Inputs},
+    make::{Made, Status, Wish, make},
+    talk, watch,
+};
 
 #[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Files alone are one shader, joined in order. A folder is a batch, each file a shader of its own, and so are
+files where the output is a folder.
+
+Examples:
+  vrcs rewrite light.wgsl -o light.vrcs.wgsl --manifest light.json
+  vrcs rewrite common.wgsl light.wgsl -D SAMPLES=4 -o light.spv
+  vrcs rewrite shaders -o out/ --to hlsl"
+)]
 pub(super) struct Arguments {
-    /// The shader; `-` reads standard input.
-    shader: PathBuf,
-    /// Where the rewritten shader goes; `-` is standard output.
-    #[arg(short, long, value_name = "FILE", default_value = "-")]
+    #[command(flatten)]
+    input: In,
+    /// Where the rewritten shader goes: a file; a folder, for a batch (`out/`); `-` is standard output.
+    #[arg(short, long, value_name = "PATH", default_value = "-")]
     output: PathBuf,
+    /// The language that is written: wgsl, spirv, hlsl, msl or glsl, with a version if need be (spirv-1.3, hlsl-6.2, glsl-310es).
+    /// The output's extension tells it, too. [default: wgsl]
+    #[arg(long, value_name = "LANGUAGE")]
+    to: Option<Target>,
     /// The entry point; every compute entry point that stores per pixel if not given.
     #[arg(long, value_name = "NAME")]
     entry: Option<String>,
-    /// Where the manifest goes: what a program needs to dispatch the shader, as JSON.
+    /// Where the manifest goes: what a program needs to dispatch the shader, as JSON. A batch writes each beside its
+    /// shader.
     #[arg(long, value_name = "FILE")]
     manifest: Option<PathBuf>,
+    /// A value of an `override` constant, by name or number, for languages that have none.
+    #[arg(long = "override", value_name = "NAME=VALUE")]
+    overrides: Vec<String>,
+    /// Leave out the bounds checks that WGSL promises, in other languages.
+    #[arg(long)]
+    no_bounds_checks: bool,
+    /// Rewrite what has not changed, too.
+    #[arg(long)]
+    force: bool,
+    /// Print what was done as JSON.
+    #[arg(long)]
+    json: bool,
+    /// Go on, and rewrite again whenever a file changes.
+    #[arg(long)]
+    watch: bool,
     #[command(flatten)]
     how: How,
 }
@@ -106,56 +146,280 @@ impl How {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let options = arguments.how.options()?;
-    check_paths(arguments)?;
-    let text = files::read_text(&arguments.shader)?;
-    let source = Source::new(files::display_name(&arguments.shader), text);
-    let mut rewritten = rewrite(&source, arguments.entry.as_deref(), &options)?;
-    let text = emit::wgsl(&rewritten.module, &rewritten.info).map_err(|error| {
-        Failure::Refused(format!(
-            "{}: {error}",
-            files::display_name(&arguments.shader)
-        ))
-    })?;
-    warn(&source, &mut rewritten);
+    let job = Job::new(arguments)?;
+    if !arguments.watch {
+        return job.run().map(|_| ());
+    }
+    if arguments
+        .input
+        .shaders
+        .iter()
+        .any(|path| files::is_stream(path))
+    {
+        return Err(Failure::Misused(
+            "standard input cannot be watched".to_owned(),
+        ));
+    }
+    watch::run(&arguments.input, || job.run())
+}
 
-    let manifest = match serde_json::to_string_pretty(&rewritten.manifest) {
-        Ok(json) => json + "\n",
-        Err(error) => unreachable!("a manifest is plain data: {error}"),
-    };
-    // both files are ready before either appears
-    let mut pending = Vec::new();
-    for (path, bytes) in [
-        (Some(&arguments.output), &text),
-        (arguments.manifest.as_ref(), &manifest),
-    ] {
-        match path {
-            Some(path) if !files::is_stream(path) => {
-                pending.push((path, files::prepare(path, bytes.as_bytes())?));
+/// What is to be done, once or again and again.
+struct Job<'a> {
+    arguments: &'a Arguments,
+    options: Options,
+    target: Target,
+    form: Form,
+    is_batch: bool,
+}
+
+impl<'a> Job<'a> {
+    fn new(arguments: &'a Arguments) -> Result<Job<'a>, Failure> {
+        let output = &arguments.output;
+        let is_folder = output.is_dir() || ends_with_separator(output);
+        let is_batch = is_folder || arguments.input.has_folder();
+        if is_batch && !is_folder {
+            return Err(Failure::Misused(
+                "several shaders are written into a folder: `-o DIR/`".to_owned(),
+            ));
+        }
+        if is_batch && arguments.manifest.is_some() {
+            return Err(Failure::Misused(
+                "a batch writes each manifest beside its shader; leave --manifest out".to_owned(),
+            ));
+        }
+        if arguments.json && !is_batch && files::is_stream(output) {
+            return Err(Failure::Misused(
+                "the report and the shader cannot both go to standard output: name a file with -o"
+                    .to_owned(),
+            ));
+        }
+        if !is_batch {
+            check_paths(arguments)?;
+        }
+        let job = Job {
+            options: arguments.how.options()?,
+            target: target(arguments, is_batch)?,
+            form: form(arguments)?,
+            is_batch,
+            arguments,
+        };
+        if job.target.language() == Language::Wgsl && !arguments.overrides.is_empty() {
+            return Err(Failure::Misused(
+                "WGSL keeps its overrides: --override is for other languages".to_owned(),
+            ));
+        }
+        Ok(job)
+    }
+
+    /// Does it once, and tells which files it is about.
+    fn run(&self) -> Result<Vec<PathBuf>, Failure> {
+        let folder = self.is_batch.then_some(self.arguments.output.as_path());
+        let inputs = self.arguments.input.gather(self.is_batch, folder)?;
+        let wish = Wish {
+            entry: self.arguments.entry.as_deref(),
+            options: &self.options,
+            target: self.target,
+            form: &self.form,
+        };
+        let outcome = match folder {
+            Some(folder) => self.batch(&inputs, folder, &wish),
+            None => self.one(&inputs, &wish),
+        };
+        outcome.map(|()| inputs.files.into_iter().collect())
+    }
+
+    fn one(&self, inputs: &Inputs, wish: &Wish) -> Result<(), Failure> {
+        let Some(work) = inputs.works.first() else {
+            return Err(Failure::Misused("no shader is named".to_owned()));
+        };
+        let made = make(inputs, work, wish);
+        if let Some((bytes, manifest)) = &made.written {
+            self.write(bytes, manifest)?;
+        }
+        let report = Reported::new(&work.name, Some(&self.arguments.output), &made);
+        self.tell(&[(report, &made)])
+    }
+
+    fn write(&self, bytes: &[u8], manifest: &Manifest) -> Result<(), Failure> {
+        let manifest = manifest.to_json();
+        let arguments = self.arguments;
+        // both files are ready before either appears
+        let mut pending = Vec::new();
+        for (path, bytes) in [
+            (Some(&arguments.output), bytes),
+            (arguments.manifest.as_ref(), manifest.as_bytes()),
+        ] {
+            match path {
+                Some(path) if !files::is_stream(path) => {
+                    pending.push((path, files::prepare(path, bytes)?));
+                }
+                _ => {}
             }
-            _ => {}
+        }
+        for (path, file) in pending {
+            file.appear()
+                .map_err(|error| files::unwritable(path, &error))?;
+        }
+        if files::is_stream(&arguments.output) {
+            files::to_stdout(bytes)?;
+        }
+        if arguments.manifest.as_deref().is_some_and(files::is_stream) {
+            files::to_stdout(manifest.as_bytes())?;
+        }
+        Ok(())
+    }
+
+    fn batch(&self, inputs: &Inputs, folder: &Path, wish: &Wish) -> Result<(), Failure> {
+        std::fs::create_dir_all(folder).map_err(|error| files::unwritable(folder, &error))?;
+        let outcomes = batch::run(inputs, folder, wish, self.arguments.force)?;
+        let reports: Vec<_> = outcomes
+            .iter()
+            .map(|outcome| {
+                let mut report =
+                    Reported::new(&outcome.work.name, Some(&outcome.output), &outcome.made);
+                if matches!(outcome.made.status, Status::Rewritten | Status::Unchanged) {
+                    report.manifest = Some(outcome.manifest.display().to_string());
+                }
+                (report, &outcome.made)
+            })
+            .collect();
+        let told = self.tell(&reports);
+        if !self.arguments.json {
+            let count = |status| outcomes.iter().filter(|o| o.made.status == status).count();
+            let failed = outcomes
+                .iter()
+                .filter(|o| o.made.status.is_failure())
+                .count();
+            talk::say(&format!(
+                "{} rewritten, {} unchanged, {} passed by, {failed} failed",
+                count(Status::Rewritten),
+                count(Status::Unchanged),
+                count(Status::NothingPerPixel),
+            ));
+        }
+        told
+    }
+
+    /// Tells what became of each shader.
+    fn tell(&self, reports: &[(Reported, &Made)]) -> Result<(), Failure> {
+        if self.arguments.json {
+            let reports: Vec<&Reported> = reports.iter().map(|(report, _)| report).collect();
+            match serde_json::to_string_pretty(&reports) {
+                Ok(json) => talk::data(&json)?,
+                Err(error) => unreachable!("reports are plain data: {error}"),
+            }
+        } else {
+            for text in reports.iter().flat_map(|(_, made)| &made.said) {
+                talk::say(text);
+            }
+        }
+        let has = |wanted: &dyn Fn(Status) -> bool| reports.iter().any(|(_, m)| wanted(m.status));
+        if has(&|status| status == Status::Failed) {
+            return Err(Failure::Outside(String::new()));
+        }
+        match has(&Status::is_failure) {
+            true => Err(Failure::Refused(String::new())),
+            false => Ok(()),
         }
     }
-    for (path, file) in pending {
-        file.appear()
-            .map_err(|error| files::unwritable(path, &error))?;
+}
+
+/// A shader in the report.
+#[derive(Debug, Serialize)]
+struct Reported {
+    shader: String,
+    status: Status,
+    /// Where it was written.
+    output: Option<String>,
+    /// Where its manifest was written, by a batch.
+    manifest: Option<String>,
+    /// The rewritten entry points.
+    entries: Vec<String>,
+    findings: Vec<Told>,
+}
+
+impl Reported {
+    fn new(shader: &str, output: Option<&Path>, made: &Made) -> Reported {
+        let is_there = matches!(made.status, Status::Rewritten | Status::Unchanged);
+        let manifest = made.written.as_ref().map(|(_, manifest)| manifest);
+        Reported {
+            shader: shader.to_owned(),
+            status: made.status,
+            output: output
+                .filter(|_| is_there)
+                .map(|path| path.display().to_string()),
+            manifest: None,
+            entries: manifest
+                .map(|manifest| manifest.entries.iter().map(|e| e.name.clone()).collect())
+                .unwrap_or_default(),
+            findings: made.told.clone(),
+        }
     }
-    if files::is_stream(&arguments.output) {
-        files::to_stdout(text.as_bytes())?;
+}
+
+fn ends_with_separator(path: &Path) -> bool {
+    path.to_string_lossy().ends_with(std::path::is_separator)
+}
+
+/// The language that is written.
+fn target(arguments: &Arguments, is_batch: bool) -> Result<Target, Failure> {
+    if let Some(target) = arguments.to {
+        return Ok(target);
     }
-    if arguments.manifest.as_deref().is_some_and(files::is_stream) {
-        files::to_stdout(manifest.as_bytes())?;
+    let output = &arguments.output;
+    if is_batch || files::is_stream(output) {
+        return Ok(Target::default());
     }
-    tell(&rewritten);
-    Ok(())
+    let extension = output.extension().unwrap_or_default().to_string_lossy();
+    let known = || Language::ALL.iter().map(|&(_, _, extension)| extension);
+    Language::from_extension(&extension)
+        .map(Target::from)
+        .ok_or_else(|| {
+            let near = near::nearest(&extension, known())
+                .map(|near| format!("; did you mean `.{near}`?"))
+                .unwrap_or_default();
+            let known: Vec<String> = known().map(|extension| format!(".{extension}")).collect();
+            Failure::Misused(format!(
+                "{}: the output's name ends in {}, or --to tells its language{near}",
+                output.display(),
+                known.join(", ")
+            ))
+        })
+}
+
+fn form(arguments: &Arguments) -> Result<Form, Failure> {
+    let mut form = Form {
+        entry: arguments.entry.clone(),
+        checks_bounds: !arguments.no_bounds_checks,
+        ..Form::default()
+    };
+    for text in &arguments.overrides {
+        let value = text
+            .split_once('=')
+            .and_then(|(name, value)| Some((name, value.parse().ok()?)));
+        let Some((name, value)) = value else {
+            return Err(Failure::Misused(format!("`{text}` is not NAME=VALUE")));
+        };
+        form.constants.insert(name.to_owned(), value);
+    }
+    Ok(form)
 }
 
 fn check_paths(arguments: &Arguments) -> Result<(), Failure> {
     let outputs: Vec<&PathBuf> = std::iter::once(&arguments.output)
         .chain(&arguments.manifest)
         .collect();
+    let input = &arguments.input;
     for output in &outputs {
-        if files::is_same(output, &arguments.shader) {
+        let inputs = input
+            .shaders
+            .iter()
+            .chain(&input.imports)
+            .chain(&input.with);
+        if inputs
+            .into_iter()
+            .any(|shader| files::is_same(output, shader))
+        {
             return Err(Failure::Misused(format!(
                 "{} is the shader itself: choose another file to write to",
                 output.display()
@@ -188,39 +452,4 @@ pub(super) fn rewrite(
         talk::say(&refusal.render(source, talk::color()));
         Failure::Refused(String::new())
     })
-}
-
-/// Gives the warnings, and puts them into the manifest.
-fn warn(source: &Source, rewritten: &mut Rewritten) {
-    for (entry, warning) in &rewritten.warnings {
-        talk::say(&warning.render(source, talk::color()));
-        let entries = &mut rewritten.manifest.entries;
-        if let Some(of) = entries.iter_mut().find(|e| e.name == *entry) {
-            of.warnings
-                .push(manifest::Warning::new(warning, Some(source)));
-        }
-    }
-}
-
-/// Tells what was done.
-fn tell(rewritten: &Rewritten) {
-    for (entry, finding) in &rewritten.left_alone {
-        talk::say(&format!(
-            "note: `{entry}` is left as it is: {}",
-            finding.message
-        ));
-    }
-    for entry in &rewritten.manifest.entries {
-        let targets: Vec<_> = entry
-            .targets
-            .iter()
-            .map(|t| format!("`{}`", t.name))
-            .collect();
-        talk::say(&format!(
-            "note: `{}` is variable-rate: {}; bind group {}",
-            entry.name,
-            targets.join(", "),
-            entry.bindings[0].group
-        ));
-    }
 }

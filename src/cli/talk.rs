@@ -27,9 +27,44 @@ pub(crate) fn say(text: &str) {
 
 /// Says what went wrong.
 pub(crate) fn error(message: &str) {
+    say(&labelled_error(message));
+}
+
+/// A message with the word that tells an error.
+pub(crate) fn labelled_error(message: &str) -> String {
     match color() {
-        Color::Always => say(&format!("\x1b[1;31merror\x1b[0m: {message}")),
-        Color::Never => say(&format!("error: {message}")),
+        Color::Always => format!("\x1b[1;31merror\x1b[0m: {message}"),
+        Color::Never => format!("error: {message}"),
+    }
+}
+
+/// A bar that tells how far a batch is, to a terminal only.
+pub(crate) struct Progress(Option<indicatif::ProgressBar>);
+
+impl Progress {
+    /// A bar for so many steps.
+    pub(crate) fn new(steps: usize) -> Progress {
+        let is_seen = std::io::stderr().is_terminal() && steps > 1;
+        Progress(is_seen.then(|| {
+            let bar = indicatif::ProgressBar::new(steps as u64);
+            let style = indicatif::ProgressStyle::with_template("{bar:30} {pos}/{len} {msg}");
+            bar.with_style(style.unwrap_or_else(|_| indicatif::ProgressStyle::default_bar()))
+        }))
+    }
+
+    /// A step is done.
+    pub(crate) fn step(&self, name: &str) {
+        if let Some(bar) = &self.0 {
+            bar.set_message(name.to_owned());
+            bar.inc(1);
+        }
+    }
+
+    /// All is done.
+    pub(crate) fn done(&self) {
+        if let Some(bar) = &self.0 {
+            bar.finish_and_clear();
+        }
     }
 }
 

@@ -106,12 +106,7 @@ pub(super) fn text(
         Expression::Override(handle) => override_name(handle.index()),
         Expression::Constant(constant) => inner(module.constants[constant].init)?,
         Expression::Unary { op, expr } => {
-            let op = match op {
-                UnaryOperator::Negate => "-",
-                UnaryOperator::LogicalNot => "!",
-                UnaryOperator::BitwiseNot => "~",
-            };
-            format!("{op}({})", inner(expr)?)
+            format!("{}({})", unary(op), inner(expr)?)
         }
         Expression::Binary { op, left, right } => {
             format!("({} {} {})", inner(left)?, operator(op), inner(right)?)
@@ -184,7 +179,17 @@ fn scalar_name(scalar: Scalar) -> Result<&'static str, EmitError> {
     })
 }
 
-fn operator(op: BinaryOperator) -> &'static str {
+/// A unary operator in WGSL.
+pub(crate) fn unary(op: UnaryOperator) -> &'static str {
+    match op {
+        UnaryOperator::Negate => "-",
+        UnaryOperator::LogicalNot => "!",
+        UnaryOperator::BitwiseNot => "~",
+    }
+}
+
+/// A binary operator in WGSL.
+pub(crate) fn operator(op: BinaryOperator) -> &'static str {
     match op {
         BinaryOperator::Add => "+",
         BinaryOperator::Subtract => "-",

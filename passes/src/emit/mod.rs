@@ -14,7 +14,7 @@
 //! *Refuses*: what WGSL text cannot say; SPIR-V or the module itself can still be used.
 
 pub mod audit;
-mod constant;
+pub(crate) mod constant;
 mod native;
 mod repair;
 mod shallow;
