@@ -12,7 +12,7 @@ use std::{
 };
 
 use vrcs_passes::{
-    input::{Invalid, Language, Reader, Shader, compose},
+    input::{Invalid, Language, Reader, Shader, compose, folder},
     near,
 };
 
@@ -256,7 +256,10 @@ impl Inputs {
                 _ => files::read_text(path)?.into_bytes(),
             };
             if work.language == Language::Wgsl {
-                by_name.extend(files_named(path, &String::from_utf8_lossy(&bytes)));
+                by_name.extend(folder::imported_by_name(
+                    path,
+                    &String::from_utf8_lossy(&bytes),
+                ));
             }
             read.files.push((files::display_name(path), bytes));
         }
@@ -264,7 +267,7 @@ impl Inputs {
         while let Some(path) = by_name.pop() {
             if seen.insert(path.clone()) && path.is_file() {
                 let text = files::read_text(&path)?;
-                by_name.extend(files_named(&path, &text));
+                by_name.extend(folder::imported_by_name(&path, &text));
                 read.reader = read.reader.module(files::display_name(&path), text);
             }
         }
@@ -272,42 +275,12 @@ impl Inputs {
     }
 }
 
-/// The files that a text imports by name, `#import "file.wgsl"`, beside it.
-fn files_named(path: &Path, text: &str) -> Vec<PathBuf> {
-    let folder = path.parent().unwrap_or(Path::new(""));
-    text.lines()
-        .filter(|line| line.trim_start().starts_with('#') && line.contains("import"))
-        .filter_map(|line| line.split('"').nth(1))
-        .map(|name| folder.join(name))
-        .collect()
-}
-
 /// A file, or all files of a folder and the folders in it, by name. Hidden ones and `leave_out` are left out.
 fn files_of(path: &Path, leave_out: Option<&Path>) -> Result<Vec<PathBuf>, Failure> {
     if !path.is_dir() {
         return Ok(vec![path.to_owned()]);
     }
-    let mut found = Vec::new();
-    let mut folders = vec![path.to_owned()];
-    while let Some(folder) = folders.pop() {
-        let outside =
-            |error: std::io::Error| Failure::Outside(format!("{}: {error}", folder.display()));
-        for entry in std::fs::read_dir(&folder).map_err(outside)? {
-            let entry = entry.map_err(outside)?;
-            let inner = entry.path();
-            if entry.file_name().to_string_lossy().starts_with('.')
-                || leave_out.is_some_and(|out| files::is_same(out, &inner))
-            {
-                continue;
-            }
-            // links to folders may lead in circles
-            match entry.file_type().map_err(outside)? {
-                kind if kind.is_dir() => folders.push(inner),
-                _ if inner.is_file() => found.push(inner),
-                _ => {}
-            }
-        }
-    }
-    found.sort();
-    Ok(found)
+    let is_left_out = |inner: &Path| leave_out.is_some_and(|out| files::is_same(out, inner));
+    folder::files(path, &is_left_out)
+        .map_err(|error| Failure::Outside(format!("{}: {error}", path.display())))
 }

@@ -1,5 +1,6 @@
 //! The dispatch stage: a rewritten shader as a compute pipeline, recorded into the caller's compute pass.
 
+mod prewritten;
 pub mod reflect;
 
 use std::{collections::HashMap, sync::Arc};
@@ -43,6 +44,9 @@ pub enum PassError {
         /// The reasons, with the lines that they are about.
         rendered: String,
     },
+    /// The manifest of a shader that was rewritten before does not fit.
+    #[error("the manifest does not fit: {0}")]
+    Manifest(String),
     /// A constant has no such name, or its value does not fit.
     #[error("the shader's overrides: {0}")]
     Constants(String),

@@ -15,6 +15,10 @@
 
 pub mod audit;
 pub(crate) mod constant;
+#[cfg(any(feature = "spirv", feature = "hlsl", feature = "msl", feature = "glsl"))]
+mod native;
+#[cfg(not(any(feature = "spirv", feature = "hlsl", feature = "msl", feature = "glsl")))]
+#[path = "no_native.rs"]
 mod native;
 mod repair;
 mod shallow;
@@ -24,8 +28,7 @@ use naga::{Expression, Module, Statement, valid::ModuleInfo};
 
 use crate::{deep, input::Directives, ir::visit, manifest::Output};
 
-pub use native::Written;
-pub use target::{Form, Language, Target};
+pub use target::{Form, Language, Target, Written};
 
 /// Why a module cannot be written.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -18,29 +18,11 @@ use naga::{
     TypeInner, back::pipeline_constants::process_overrides, valid::ModuleInfo,
 };
 
-use super::{EmitError, Form, Language, Target};
+use super::{EmitError, Form, Language, Target, Written};
 use crate::{
     deep,
     manifest::{Output, OutputBinding, OutputEntry},
 };
-
-/// A module, written.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Written {
-    /// The text or, for SPIR-V, the words in little-endian order.
-    pub bytes: Vec<u8>,
-    /// Which binding became what.
-    pub output: Output,
-}
-
-impl Written {
-    pub(super) fn text(text: String, output: Output) -> Written {
-        Written {
-            bytes: text.into_bytes(),
-            output,
-        }
-    }
-}
 
 /// Writes a module in one of the languages of native APIs.
 pub(super) fn write(

@@ -2,11 +2,12 @@
 
 use std::{collections::BTreeMap, fmt, str::FromStr};
 
+#[cfg(any(feature = "spirv", feature = "hlsl", feature = "msl", feature = "glsl"))]
 use naga::back::PipelineConstants;
 #[cfg(any(feature = "spirv", feature = "msl", feature = "glsl"))]
 use naga::proc::{BoundsCheckPolicies, BoundsCheckPolicy};
 
-use crate::near;
+use crate::{manifest::Output, near};
 
 /// A language that modules are written in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -180,6 +181,24 @@ impl FromStr for Target {
     }
 }
 
+/// A module, written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Written {
+    /// The text or, for SPIR-V, the words in little-endian order.
+    pub bytes: Vec<u8>,
+    /// Which binding became what.
+    pub output: Output,
+}
+
+impl Written {
+    pub(super) fn text(text: String, output: Output) -> Written {
+        Written {
+            bytes: text.into_bytes(),
+            output,
+        }
+    }
+}
+
 /// What has to be decided when a module is written in another language than WGSL.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Form {
@@ -204,6 +223,7 @@ impl Default for Form {
 }
 
 impl Form {
+    #[cfg(any(feature = "spirv", feature = "hlsl", feature = "msl", feature = "glsl"))]
     pub(super) fn constants(&self) -> PipelineConstants {
         self.constants
             .iter()

@@ -8,6 +8,7 @@
 
 pub mod compose;
 pub mod directives;
+pub mod folder;
 mod hints;
 mod invalid;
 mod language;
