@@ -2,7 +2,9 @@
 
 use std::collections::HashMap;
 
-use naga_oil::compose::{Composer, NagaModuleDescriptor, ShaderDefValue, ShaderType};
+use naga_oil::compose::{
+    ComposableModuleDescriptor, Composer, NagaModuleDescriptor, ShaderDefValue, ShaderType,
+};
 
 /// Definitions that a kernel's text refers to as `#{NAME}`.
 pub(crate) type Defs<'d> = &'d [(&'d str, u32)];
@@ -27,6 +29,9 @@ macro_rules! shader {
 }
 pub(crate) use shader;
 
+/// Modules that kernels import: each after those that it imports itself.
+const MODULES: &[Source] = &[shader!("rate.wgsl")];
+
 /// Composes a kernel.
 ///
 /// # Panics
@@ -37,6 +42,11 @@ pub(crate) fn compose(source: Source, defs: Defs) -> naga::Module {
         .map(|&(name, value)| (name.to_owned(), ShaderDefValue::UInt(value)))
         .collect();
     let mut composer = Composer::default();
+    if source.text.contains("#import") {
+        for module in MODULES {
+            add_module(&mut composer, *module);
+        }
+    }
     let composed = composer.make_naga_module(NagaModuleDescriptor {
         source: source.text,
         file_path: source.name,
@@ -47,6 +57,18 @@ pub(crate) fn compose(source: Source, defs: Defs) -> naga::Module {
     match composed {
         Ok(module) => module,
         Err(error) => unreachable!("{}: {}", source.name, error.emit_to_string(&composer)),
+    }
+}
+
+fn add_module(composer: &mut Composer, module: Source) {
+    let added = composer.add_composable_module(ComposableModuleDescriptor {
+        source: module.text,
+        file_path: module.name,
+        ..ComposableModuleDescriptor::default()
+    });
+    if let Err(error) = added {
+        let message = error.emit_to_string(composer);
+        unreachable!("{}: {message}", module.name);
     }
 }
 

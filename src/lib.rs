@@ -8,6 +8,7 @@
 //!   coordinate buffer that is [built](build) from them. In it, *primary* pixels are packed together, so that whole waves
 //!   of *duplicates* find nothing to do and retire.
 //! - A [`Pass`] is a rewritten shader as a pipeline. Any number of passes share a view.
+//! - [`attach`] makes of the same rates the image that hardware variable-rate shading reads, for what is drawn.
 //! - [`analyse`] tells from what a frame looked like how coarse the next may be.
 //!
 //! ```no_run
@@ -36,6 +37,7 @@
 pub mod analyse;
 #[cfg(feature = "cli")]
 mod atomic;
+pub mod attach;
 pub mod build;
 #[cfg(feature = "cli")]
 pub mod check;

@@ -1,12 +1,24 @@
-//! Shading rates, and the lattice that they form.
+//! Shading rates, the lattice that they form, and the functions that combine them.
 //!
 //! A rate W×H says that a block of W pixels by H is shaded once. Codes are those of D3D12 and `VK_KHR_fragment_shading_rate`,
 //! `(log2 W << 2) | log2 H`. Rates are combined axis by axis: the finer of 4x2 and 2x4 is 2x2, while the smaller of
 //! their codes would be 2x4.
+//!
+//! 4x1 and 1x4 are no rates: hardware leaves them undefined. [`meet`](Rate::meet) and [`join`](Rate::join) never lead there.
+//! Sums do, and so do axes that are decided one by one; [`Rate::from_log2`] states the one rule by which they are resolved.
+//!
+//! [`WGSL`] is the same algebra for kernels; a test holds both equal on a driver, over every pair of bytes.
+
+mod combine;
 
 use std::fmt;
 
+pub use combine::{Combiner, LargestAxis, effective};
+
 use vrcs_passes::options::MaxRate;
+
+/// This algebra in WGSL, a module for naga_oil: `#import vrcs::rate`. Codes are `u32`s there.
+pub const WGSL: &str = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/shaders/rate.wgsl"));
 
 /// A shading rate.
 ///
@@ -66,21 +78,51 @@ impl Rate {
         1 << (self.0 & 3)
     }
 
-    fn new(log_width: u8, log_height: u8) -> Rate {
+    /// Pixels that are shaded at once: 1, 2, 4, 8 or 16.
+    pub const fn pixels(self) -> u32 {
+        self.width() * self.height()
+    }
+
+    /// The two axes, as `[log2 W, log2 H]`.
+    pub const fn log2(self) -> [u32; 2] {
+        [(self.0 >> 2) as u32, (self.0 & 3) as u32]
+    }
+
+    /// The rate for two axes that were decided one by one, as `[log2 W, log2 H]`.
+    ///
+    /// What is no rate becomes the coarsest rate that is coarser on neither axis. So an axis of 8 or more pixels falls to 4, and
+    /// an axis of 4 falls to 2 where the other is 1: 4x1 becomes 2x1, and 1x4 becomes 1x2, as in NVIDIA's sample of adaptive
+    /// shading, and as Vulkan's clamp gives it (§ "Combining the Fragment Shading Rates").
+    pub fn from_log2(axes: [u32; 2]) -> Rate {
+        let [width, height] = axes.map(|axis| axis.min(2));
+        // beside an axis of 1 pixel there is room for 2, beside any other for 4
+        Rate::of_axes(width.min(height + 1) as u8, height.min(width + 1) as u8)
+    }
+
+    /// The same rate in the transposed picture.
+    pub fn transposed(self) -> Rate {
+        Rate::of_axes(self.0 & 3, self.0 >> 2)
+    }
+
+    fn of_axes(log_width: u8, log_height: u8) -> Rate {
         Rate(log_width << 2 | log_height)
     }
 
     /// The lattice meet: on each axis the finer of the two. At least as fine as both.
+    ///
+    /// Never 4x1 or 1x4: an axis of 4 is one of both, and neither has a 1 beside it.
     pub fn meet(self, other: Rate) -> Rate {
-        Rate::new(
+        Rate::of_axes(
             (self.0 >> 2).min(other.0 >> 2),
             (self.0 & 3).min(other.0 & 3),
         )
     }
 
     /// The lattice join: on each axis the coarser of the two. At least as coarse as both.
+    ///
+    /// Never 4x1 or 1x4: an axis of 4 comes with at least 2 beside it.
     pub fn join(self, other: Rate) -> Rate {
-        Rate::new(
+        Rate::of_axes(
             (self.0 >> 2).max(other.0 >> 2),
             (self.0 & 3).max(other.0 & 3),
         )
@@ -166,6 +208,7 @@ mod tests {
             }
             assert_eq!(a.meet(b), b.meet(a));
             assert_eq!(a.join(b), b.join(a));
+            assert_eq!((a.meet(a), a.join(a)), (a, a));
             assert_eq!(a.meet(a.join(b)), a);
             assert_eq!(a.join(a.meet(b)), a);
             assert!(a.meet(b).is_within(a) && a.is_within(a.join(b)));
@@ -174,6 +217,41 @@ mod tests {
                 assert_eq!(a.join(b).join(c), a.join(b.join(c)));
             }
         }
+    }
+
+    #[test]
+    fn meet_and_join_commute_with_transposition() {
+        for (a, b) in pairs() {
+            let (ta, tb) = (a.transposed(), b.transposed());
+            assert_eq!(a.meet(b).transposed(), ta.meet(tb));
+            assert_eq!(a.join(b).transposed(), ta.join(tb));
+        }
+        assert_eq!(Rate::R4X2.transposed(), Rate::R2X4);
+    }
+
+    #[test]
+    fn axes_that_make_a_rate_are_that_rate() {
+        for rate in Rate::ALL {
+            assert_eq!(Rate::from_log2(rate.log2()), rate);
+            assert_eq!(rate.pixels(), rate.width() * rate.height());
+        }
+    }
+
+    #[test]
+    fn axes_that_make_no_rate_become_the_coarsest_rate_that_is_coarser_on_neither() {
+        for (width, height) in (0..6).flat_map(|w| (0..6).map(move |h| (w, h))) {
+            let rate = Rate::from_log2([width, height]);
+            let fits = |rate: &Rate| rate.log2()[0] <= width && rate.log2()[1] <= height;
+            assert!(fits(&rate), "{width} {height}: {rate}");
+            for other in Rate::ALL.into_iter().filter(fits) {
+                assert!(
+                    other.is_within(rate),
+                    "{width} {height}: {rate}, not {other}"
+                );
+            }
+        }
+        assert_eq!(Rate::from_log2([2, 0]), Rate::R2X1, "4x1");
+        assert_eq!(Rate::from_log2([0, 2]), Rate::R1X2, "1x4");
     }
 
     #[test]
