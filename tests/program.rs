@@ -515,6 +515,20 @@ fn imports_and_definitions_are_understood() {
 }
 
 #[test]
+fn check_takes_what_rewrite_takes() {
+    let folder = shaders();
+    let check = |files: &[&str]| {
+        let common = ["--cases", "2", "--size", "16x16", "--seed", "3"];
+        vrcs(&[&["check"], files, &common[..]].concat(), folder.path())
+    };
+    let output = check(&["good/common.wgsl", "good/main.wgsl"]);
+    assert_eq!(status(&output), 0, "{}{}", stdout(&output), stderr(&output));
+    let output = check(&["in/deep/b.wgsl", "-I", "in/lib", "-D", "SCALE=0.01"]);
+    assert_eq!(status(&output), 0, "{}{}", stdout(&output), stderr(&output));
+    assert_eq!(status(&check(&["in"])), 2);
+}
+
+#[test]
 fn the_output_language_is_told_by_extension_or_flag() {
     let folder = folder();
     let rewrite = |arguments: &[&str]| {

@@ -108,6 +108,9 @@ fn subgroups_are_enabled() {
     );
     let text = emit::wgsl(&module, &info).expect("text");
     assert!(text.starts_with("enable subgroups;\n"), "{text}");
+    assert_eq!(emit::audit::audit(&module, &text), Ok(()));
+    let without = text.replace("enable subgroups;", "");
+    assert!(emit::audit::audit(&module, &without).is_err());
 }
 
 #[test]
@@ -165,4 +168,33 @@ fn the_audit_finds_what_differs() {
             "{from} became {to}"
         );
     }
+}
+
+#[test]
+fn sums_of_many_terms_are_written_so_that_they_can_be_read() {
+    let terms: String = (0..600).map(|i| format!(" + f32(id.x * {i}u)")).collect();
+    let text = written(&format!(
+        "@group(0) @binding(0) var<storage, read_write> out: array<f32>;
+         @compute @workgroup_size(1) fn main(@builtin(global_invocation_id) id: vec3<u32>) {{
+             out[id.x] = 1.0{terms};
+         }}"
+    ));
+    // Tint stops at 512
+    let deepest = text
+        .bytes()
+        .scan(0i32, |open, byte| {
+            *open += i32::from(byte == b'(') - i32::from(byte == b')');
+            Some(*open)
+        })
+        .max();
+    assert!(deepest < Some(120), "{deepest:?}");
+}
+
+#[test]
+fn what_an_entry_point_gives_back_is_compared() {
+    let text = "@fragment fn main() -> @location(0) vec4<f32> { return vec4(1.0); }";
+    let (module, _) = parse(text);
+    assert_eq!(emit::audit::audit(&module, text), Ok(()));
+    let changed = text.replace("@location(0)", "@location(1)");
+    assert!(emit::audit::audit(&module, &changed).is_err());
 }

@@ -2,7 +2,8 @@
 //!
 //! *Guarantees*, if it passes: the same structs, with the same offsets and spans; the same resources at the same bindings,
 //! in the same address spaces, of the same types; the same entry points, stages, workgroup sizes and overrides; the
-//! same overrides, by number and name; the same number of functions; and text that validates.
+//! same overrides, by number and name; the same number of functions; `enable subgroups;` where it is needed; and text that
+//! validates.
 
 use naga::{
     AddressSpace, ArraySize, EntryPoint, Expression, Handle, Module, Type, TypeInner,
@@ -36,6 +37,12 @@ pub fn audit(module: &Module, text: &str) -> Result<(), EmitError> {
         module,
         written: &written,
     };
+    // naga's front end does not ask for this one, and browsers do
+    let enables = crate::input::Directives::of(text).enables;
+    check(
+        !super::repair::uses_subgroups(module) || enables.iter().any(|name| name == "subgroups"),
+        || "`enable subgroups;` is missing".to_owned(),
+    )?;
     audit.structs()?;
     audit.globals()?;
     audit.overrides()?;
@@ -197,11 +204,20 @@ impl Audit<'_> {
                         .arguments
                         .iter()
                         .zip(&after.function.arguments)
-                        .all(|(a, b)| a.binding == b.binding && self.same_type(a.ty, b.ty)),
+                        .all(|(a, b)| a.binding == b.binding && self.same_type(a.ty, b.ty))
+                    && self.same_result(before, after),
                 || format!("the interface of entry point {} changes", before.name),
             )?;
         }
         Ok(())
+    }
+
+    fn same_result(&self, before: &EntryPoint, after: &EntryPoint) -> bool {
+        match (&before.function.result, &after.function.result) {
+            (None, None) => true,
+            (Some(a), Some(b)) => a.binding == b.binding && self.same_type(a.ty, b.ty),
+            _ => false,
+        }
     }
 
     fn same_workgroup_size(&self, before: &EntryPoint, after: &EntryPoint) -> bool {

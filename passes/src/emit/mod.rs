@@ -1,6 +1,6 @@
 //! A module as text or SPIR-V that means the same as the module.
 //!
-//! [`write`] writes any language. The rest of this page is about WGSL; the others are naga's own work, with a map of their
+//! [`write()`] writes any language. The rest of this page is about WGSL; the others are naga's own work, with a map of their
 //! bindings.
 //!
 //! naga's WGSL writer leaves things out without a word: `@size` and `@align`, workgroup sizes that overrides decide,

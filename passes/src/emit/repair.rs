@@ -280,7 +280,8 @@ fn identifiers(text: &str) -> impl Iterator<Item = (usize, &str)> {
         .map(|word| (word.as_ptr() as usize - text.as_ptr() as usize, word))
 }
 
-fn uses_subgroups(module: &Module) -> bool {
+/// Whether a module needs `enable subgroups;`.
+pub(super) fn uses_subgroups(module: &Module) -> bool {
     let is_subgroup = |binding: &Option<naga::Binding>| {
         use naga::BuiltIn as B;
         matches!(

@@ -2,7 +2,7 @@
 //!
 //! *Does*: WGSL, several files at once and naga_oil's `#import` and `#ifdef` included ([`compose`]); SPIR-V and GLSL compute
 //! shaders, where the crate's features allow.
-//! *Guarantees*: spans that lead back to the files; [directives](directives) that naga rejects are no error, and are not
+//! *Guarantees*: spans that lead back to the files; [directives] that naga rejects are no error, and are not
 //! forgotten. No input makes it panic or overflow the stack.
 //! *Refuses*: what is not valid, and what nests [too deep](crate::deep::MOST).
 

@@ -3,19 +3,22 @@
 //! naga 30 accepts modules that break these, and its back ends then write wrong code, name variables that do not exist, or
 //! panic. Everything that this crate makes is checked here before naga sees it:
 //!
-//! 1. an expression that is computed is emitted before its use, in a block that encloses the use;
-//! 2. an expression is emitted at most once in a function;
-//! 3. what needs no emission (literals, arguments, variables) and results of statements are not emitted;
-//! 4. a result is given by exactly one statement;
-//! 5. an operand stands before the expression that uses it;
-//! 6. a called function stands before its caller (naga's validator panics otherwise);
-//! 7. no two resources of the module share a binding, whichever entry points use them.
+//! - rule 1: an expression that is computed is emitted before its use, in a block that encloses the use;
+//! - rule 2: an expression is emitted at most once in a function (naga: at most once on a path);
+//! - rule 4: a result is given by exactly one statement (naga: on a path, and but for calls and atomics by at least one anywhere);
+//! - rule 6: a called function stands before its caller (naga's validator panics otherwise);
+//! - rule 7: no two resources of the module share a binding, whichever entry points use them (naga: those of one entry point).
+//!
+//! Two that naga checks, too, because the others cannot be asked without them:
+//!
+//! - rule 3: what needs no emission (literals, arguments, variables) and results of statements are not emitted;
+//! - rule 5: an operand stands before the expression that uses it.
 //!
 //! [`follows`] checks two more, of a rewritten module against the original:
 //!
-//! 8. the author's functions, types, constants, overrides, globals and other entry points are what they were;
-//! 9. in a clone, the author's statements stand in the same order, each once, with nothing but calls and stores to
-//!    private variables of ours between them.
+//! - rule 8: the author's functions, types, constants, overrides, globals and other entry points are what they were;
+//! - rule 9: in a clone, the author's statements stand in the same order, each once, with nothing but calls and stores to
+//!   private variables of ours between them.
 //!
 //! *Not checked*: types of operands, control flow, capabilities: naga's validator does that. Barriers under
 //! conditions: entry points with barriers are not rewritten.

@@ -7,9 +7,18 @@ mod sidecar;
 use std::{path::PathBuf, time::Duration};
 
 use serde::{Deserialize, Serialize};
-use vrcs_passes::{Options, Source, input};
+use vrcs_passes::{
+    Options, Source, emit,
+    input::{self, Language},
+};
 
-use super::{Failure, files, parse_size, rewrite, talk};
+use super::{
+    Failure,
+    inputs::{In, Work},
+    parse_size, rewrite, talk,
+};
+use sidecar::Sidecar;
+
 use crate::check::{
     Failure as Difference, Report, Route, Verdict,
     gpu::{Gpu, GpuError},
@@ -18,8 +27,8 @@ use crate::check::{
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The shader; `-` reads standard input. A file of the same name that ends in `.toml` may hold its settings.
-    shader: PathBuf,
+    #[command(flatten)]
+    shader: In,
     /// The entry point; every compute entry point that stores per pixel if not given.
     #[arg(long, value_name = "NAME")]
     entry: Option<String>,
@@ -125,7 +134,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 fn order(arguments: &Arguments) -> Result<Order, Failure> {
-    let sidecar = sidecar::read(&arguments.shader)?;
+    let (work, text) = read(&arguments.shader)?;
+    let sidecar = match work.paths.last() {
+        Some(path) => sidecar::read(path)?,
+        None => Sidecar::default(),
+    };
     let mut settings = sidecar.settings;
     for set in &arguments.set {
         let (name, values) = sidecar::parse_set(set).map_err(Failure::Misused)?;
@@ -138,8 +151,8 @@ fn order(arguments: &Arguments) -> Result<Order, Failure> {
         settings.files.insert(name.to_owned(), PathBuf::from(file));
     }
     Ok(Order {
-        name: files::display_name(&arguments.shader),
-        text: files::read_text(&arguments.shader)?,
+        name: work.name,
+        text,
         entry: String::new(),
         size: arguments.size.or(sidecar.size).unwrap_or([61, 47]),
         cases: arguments.cases.or(sidecar.cases).unwrap_or(64),
@@ -153,6 +166,34 @@ fn order(arguments: &Arguments) -> Result<Order, Failure> {
         },
         picture: PathBuf::new(),
     })
+}
+
+/// The shader, and its text with all that it is made of. Other languages become WGSL.
+fn read(input: &In) -> Result<(Work, String), Failure> {
+    if input.has_folder() {
+        return Err(Failure::Misused(
+            "one shader is checked at a time: name its files".to_owned(),
+        ));
+    }
+    let inputs = input.gather(false, None)?;
+    let Some(work) = inputs.works.first().cloned() else {
+        return Err(Failure::Misused("no shader is named".to_owned()));
+    };
+    let shader = inputs
+        .read(&work)?
+        .shader(work.language)
+        .map_err(|invalid| {
+            talk::say(&invalid.rendered);
+            Failure::Refused(String::new())
+        })?;
+    // where modules are imported, what nobody uses is left out of the module, not of the text
+    let is_plain = shader.source.files().count() == work.paths.len();
+    let text = match shader.source.text() {
+        text if work.language == Language::Wgsl && is_plain => text.to_owned(),
+        _ => emit::wgsl_with(&shader.module, &shader.info, &shader.directives)
+            .map_err(|error| Failure::Refused(format!("{}: {error}", work.name)))?,
+    };
+    Ok((work, text))
 }
 
 fn seed_from_clock() -> u64 {

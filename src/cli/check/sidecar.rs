@@ -16,7 +16,8 @@ use std::{collections::BTreeMap, path::Path};
 
 use serde::Deserialize;
 
-use super::{Failure, Settings, files};
+use super::{Failure, Settings};
+use crate::cli::files;
 
 /// What a sidecar says.
 #[derive(Debug, Default)]

@@ -1,6 +1,6 @@
 //! Several files as one shader: files joined in order, naga_oil's conditions and imports resolved.
 //!
-//! *Does*: [preprocesses](preprocess) each file; finds the modules that are imported, modules of modules included; gives each
+//! *Does*: preprocesses each file; finds the modules that are imported, modules of modules included; gives each
 //! thing of a module a name that nothing else in the text has; and joins it all, modules first.
 //! *Guarantees*: every byte of the joined text is led back to the file and place that it stands for. A name of a module
 //! neither hides a name of another file nor a built-in function that another file calls.
