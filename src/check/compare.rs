@@ -71,9 +71,9 @@ pub struct Original {
     pub texel_bytes: Vec<Option<usize>>,
 }
 
-/// A write that is due.
+/// What an invocation is to write at a place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Due {
+struct Write {
     /// Where the value comes from, in the original's output, in bytes; `None` if the primary has overwritten it there.
     from: Option<usize>,
     /// The pixel that is written, and the pixel that is shaded for it.
@@ -85,12 +85,65 @@ struct Due {
     optional: bool,
 }
 
+/// All writes that are due at a place: one, but for places that a pixel outside the domain would have in common with another.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Due {
+    first: Write,
+    others: Vec<Write>,
+}
+
+impl Due {
+    fn writes(&self) -> impl Iterator<Item = &Write> {
+        std::iter::once(&self.first).chain(&self.others)
+    }
+
+    /// The write of a pixel, which is added if it is not there yet.
+    fn of(&mut self, write: Write) -> &mut Write {
+        if self.first.pixel == write.pixel {
+            return &mut self.first;
+        }
+        let known = self.others.iter().position(|w| w.pixel == write.pixel);
+        let at = known.unwrap_or_else(|| {
+            self.others.push(write);
+            self.others.len() - 1
+        });
+        &mut self.others[at]
+    }
+
+    /// Whether nothing at all may be written.
+    fn is_optional(&self) -> bool {
+        self.writes().all(|write| write.optional)
+    }
+
+    /// How far `got` writes are from what is due: 0 if they are some of the optional writes and all the others.
+    fn excess(&self, got: u32) -> Option<u32> {
+        let sure = self.writes().filter(|w| !w.optional).map(|w| w.times).sum();
+        let mut nearest = got.checked_sub(sure)?;
+        let mut sums = vec![sure];
+        for write in self.writes().filter(|write| write.optional) {
+            for known in 0..sums.len() {
+                let sum = sums[known] + write.times;
+                sums.push(sum);
+                nearest = got.checked_sub(sum).map_or(nearest, |left| nearest.min(left));
+            }
+        }
+        Some(nearest)
+    }
+
+    /// How often the place is written if nothing is left out.
+    fn times(&self) -> u32 {
+        self.writes().map(|write| write.times).sum()
+    }
+}
+
 /// All that is due in one output: for each unit of places, what is written there.
 #[derive(Clone, Debug, Default)]
 pub struct Expected {
     due: HashMap<u32, Due>,
     /// Values that may appear at places that are not known.
     anywhere: Vec<usize>,
+    /// Units that are written at places that are not known, those that are written over included.
+    unknown: u32,
 }
 
 /// A difference.
@@ -159,15 +212,15 @@ impl Original {
         let stores = self.log.of(primary);
         let own = self.log.of(pixel);
         for (index, &stored) in stores.iter().enumerate() {
-            if stored.place == OUTSIDE {
-                continue;
-            }
             let site = &self.sites[stored.site as usize];
             let output = self.output_of_site[stored.site as usize];
             // what the primary itself overwrites later cannot be seen, and is overwritten for the pixel, too
-            let is_last = !stores[index + 1..]
-                .iter()
-                .any(|later| self.overlap(*later, stored));
+            // and what it stores outside the resource cannot be seen either
+            let is_outside = stored.place == OUTSIDE;
+            let is_last = !is_outside
+                && !stores[index + 1..]
+                    .iter()
+                    .any(|later| self.overlap(*later, stored));
             let place = match pixel == primary {
                 true => Some(stored.place),
                 false => self.book.place(own, stored, pixel),
@@ -182,26 +235,37 @@ impl Original {
                             .iter()
                             .any(|own| self.overlap(*own, Stored { place, ..stored }));
                     let optional = optional || beyond;
-                    for (unit, from) in units(site, place).zip(units(site, stored.place)) {
+                    let source = if is_outside { place } else { stored.place };
+                    for (unit, from) in units(site, place).zip(units(site, source)) {
                         let from = from as usize * self.unit(output);
                         let grid = self.log.grid();
-                        let due = expected[output].due.entry(unit).or_insert(Due {
+                        let write = Write {
                             from: None,
                             pixel: position(pixel, grid),
                             primary: position(primary, grid),
                             times: 0,
                             optional,
+                        };
+                        let due = expected[output].due.entry(unit).or_insert_with(|| Due {
+                            first: write,
+                            others: Vec::new(),
                         });
-                        due.times += 1;
-                        due.from = is_last.then_some(from);
+                        let write = due.of(write);
+                        write.times += 1;
+                        write.from = is_last.then_some(from);
                     }
                 }
-                None if is_last => {
-                    let from =
-                        units(site, stored.place).map(|from| from as usize * self.unit(output));
-                    expected[output].anywhere.extend(from);
+                None => {
+                    let from = match is_outside {
+                        true => units(site, 0),
+                        false => units(site, stored.place),
+                    };
+                    expected[output].unknown += from.len() as u32;
+                    if is_last {
+                        let from = from.map(|from| from as usize * self.unit(output));
+                        expected[output].anywhere.extend(from);
+                    }
                 }
-                None => {}
             }
         }
     }
@@ -233,22 +297,21 @@ impl Original {
             for (number, (initial, got)) in before.chunks(unit).zip(after.chunks(unit)).enumerate()
             {
                 let due = expected.due.get(&(number as u32));
+                let from = |write: &Write| {
+                    let from = write.from?;
+                    self.outputs[output].get(from..from + unit)
+                };
                 let wanted = match due {
-                    Some(Due { from: None, .. }) => continue,
-                    Some(Due {
-                        from: Some(from), ..
-                    }) => &self.outputs[output][*from..from + unit],
+                    // what the primary has written over has no reference
+                    Some(due) if due.writes().any(|write| write.from.is_none()) => continue,
+                    Some(due) if due.writes().any(|write| from(write) == Some(got)) => continue,
+                    Some(due) if due.is_optional() && got == initial => continue,
+                    Some(due) => from(&due.first).unwrap_or(initial),
+                    None if got == initial => continue,
                     None => initial,
                 };
-                if wanted == got {
-                    continue;
-                }
-                if due.is_some_and(|due| due.optional) && got == initial {
-                    continue;
-                }
-                if due.is_none()
-                    && let Some(found) = anywhere.iter().position(|value| *value == got)
-                {
+                // a store whose place is not known may also go where another is due
+                if let Some(found) = anywhere.iter().position(|value| *value == got) {
                     anywhere.swap_remove(found);
                     continue;
                 }
@@ -257,8 +320,8 @@ impl Original {
                     byte: number * unit,
                     expected: wanted.to_vec(),
                     got: got.to_vec(),
-                    pixel: due.map(|due| due.pixel),
-                    primary: due.map(|due| due.primary),
+                    pixel: due.map(|due| due.first.pixel),
+                    primary: due.map(|due| due.first.primary),
                 });
             }
         }
@@ -270,24 +333,25 @@ impl Original {
     pub fn compare_counts(&self, expected: &[Expected], counts: &[&[u32]]) -> Option<Difference> {
         for (output, expected) in expected.iter().enumerate() {
             let unit = self.unit(output);
-            let mut spare = expected.anywhere.len() as u32;
+            let mut spare = expected.unknown;
             for (number, &got) in counts[output].iter().enumerate() {
                 let due = expected.due.get(&(number as u32));
-                let times = due.map_or(0, |due| due.times);
-                if got == times || due.is_some_and(|due| due.optional) && got == 0 {
+                let excess = match due {
+                    Some(due) => due.excess(got),
+                    None => Some(got),
+                };
+                if let Some(excess) = excess.filter(|&excess| excess <= spare) {
+                    spare -= excess;
                     continue;
                 }
-                if due.is_none() && got <= spare {
-                    spare -= got;
-                    continue;
-                }
+                let times = due.map_or(0, Due::times);
                 return Some(Difference {
                     output,
                     byte: number * unit,
                     expected: times.to_le_bytes().to_vec(),
                     got: got.to_le_bytes().to_vec(),
-                    pixel: due.map(|due| due.pixel),
-                    primary: due.map(|due| due.primary),
+                    pixel: due.map(|due| due.first.pixel),
+                    primary: due.map(|due| due.first.primary),
                 });
             }
         }
@@ -307,14 +371,16 @@ impl Original {
             for (&number, due) in &expected.due {
                 let at = number as usize * unit;
                 let (a, b) = (&got[output][at..at + unit], &other[output][at..at + unit]);
-                if a != b && of(due.pixel, due.primary) {
+                // a place that several pixels may write is not compared
+                let Write { pixel, primary, .. } = due.first;
+                if a != b && due.others.is_empty() && of(pixel, primary) {
                     return Some(Difference {
                         output,
                         byte: at,
                         expected: b.to_vec(),
                         got: a.to_vec(),
-                        pixel: Some(due.pixel),
-                        primary: Some(due.primary),
+                        pixel: Some(pixel),
+                        primary: Some(primary),
                     });
                 }
             }
@@ -334,10 +400,11 @@ impl Original {
             for (&number, due) in &expected.due {
                 let at = number as usize * unit;
                 let got = got[output].get(at..at + unit);
-                let right = due
-                    .from
-                    .is_none_or(|from| got == self.outputs[output].get(from..from + unit));
-                visit(due.pixel, right);
+                let right = due.writes().any(|write| {
+                    let from = write.from.map(|from| self.outputs[output].get(from..from + unit));
+                    from.is_none_or(|from| got == from)
+                });
+                visit(due.first.pixel, right);
             }
         }
     }
@@ -350,7 +417,7 @@ impl Original {
             .sum();
         let strict = expected
             .iter()
-            .map(|e| e.due.values().filter(|due| !due.optional).count())
+            .map(|e| e.due.values().filter(|due| !due.is_optional()).count())
             .sum();
         (all, strict)
     }

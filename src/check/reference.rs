@@ -3,7 +3,8 @@
 //! The original's [log](vrcs_passes::instrument) tells, for each invocation, the sites that it stored at and the places, in
 //! order. From the logs of several runs with other data comes an [`AddressBook`]: for the n-th store of an invocation at a
 //! site, the place that it goes to. Where an invocation was never seen to make a store that its primary makes, its
-//! place is taken from the book's pattern, if all that were seen lie in one (place = a + b·x + c·y + d·z, exactly).
+//! place is taken from the book's pattern, if all that were seen lie in one: place = a + b·x + c·y + d·z, exactly; or the same
+//! with a factor for each bit of x, y and z, which is how tiled and Morton orders, and swizzles by exclusive or, look.
 //!
 //! Nothing here comes from the rewriter: not its slices, not its tangents, not its idea of the domain.
 
@@ -256,17 +257,22 @@ impl PlacePattern {
     }
 }
 
-/// value = base + x·slopes[0] + y·slopes[1] + z·slopes[2], wrapping.
+/// Bits of a coordinate that a pattern tells apart.
+const BITS: usize = 12;
+
+/// value = base + the slopes of all bits that are set in x, y and z, wrapping.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Pattern {
     base: u32,
-    slopes: [u32; 3],
+    slopes: [[u32; BITS]; 3],
 }
 
 impl Pattern {
     fn at(&self, position: [u32; 3]) -> u32 {
         (0..3).fold(self.base, |value, axis| {
-            value.wrapping_add(position[axis].wrapping_mul(self.slopes[axis]))
+            (0..BITS)
+                .filter(|bit| position[axis] >> bit & 1 == 1)
+                .fold(value, |value, bit| value.wrapping_add(self.slopes[axis][bit]))
         })
     }
 
@@ -276,20 +282,15 @@ impl Pattern {
             let index = (position[2] * grid[1] + position[1]) * grid[0] + position[0];
             seen.get(index as usize).copied().flatten()
         };
-        let mut slopes = [0; 3];
-        for (axis, slope) in slopes.iter_mut().enumerate() {
-            if grid[axis] < 2 {
-                continue;
-            }
-            *slope = (0..seen.len()).find_map(|index| {
-                let here = position(index, grid);
-                let mut next = here;
-                next[axis] += 1;
-                (next[axis] < grid[axis])
-                    .then(|| Some(known(next)?.wrapping_sub(known(here)?)))
-                    .flatten()
-            })?;
-        }
+        let linear = || Pattern::linear(seen, grid, &known);
+        let by_bits = || Pattern::by_bits(seen, grid, &known);
+        linear()
+            .and_then(|slopes| Pattern::with(slopes, seen, grid))
+            .or_else(|| Pattern::with(by_bits()?, seen, grid))
+    }
+
+    /// The pattern with certain slopes, if all known values lie in it.
+    fn with(slopes: [[u32; BITS]; 3], seen: &[Option<u32>], grid: [u32; 3]) -> Option<Pattern> {
         let first = seen.iter().position(Option::is_some)?;
         let origin = Pattern { base: 0, slopes }.at(position(first, grid));
         let pattern = Pattern {
@@ -300,6 +301,49 @@ impl Pattern {
             value.is_none_or(|value| value == pattern.at(position(index, grid)))
         });
         fits.then_some(pattern)
+    }
+
+    /// The slopes of a linear pattern, from one pair of neighbours along each axis.
+    fn linear(
+        seen: &[Option<u32>],
+        grid: [u32; 3],
+        known: &dyn Fn([u32; 3]) -> Option<u32>,
+    ) -> Option<[[u32; BITS]; 3]> {
+        let mut slopes = [[0; BITS]; 3];
+        for axis in (0..3).filter(|&axis| grid[axis] > 1) {
+            let slope = (0..seen.len()).find_map(|index| {
+                let here = position(index, grid);
+                let mut next = here;
+                next[axis] += 1;
+                (next[axis] < grid[axis])
+                    .then(|| Some(known(next)?.wrapping_sub(known(here)?)))
+                    .flatten()
+            })?;
+            slopes[axis] = std::array::from_fn(|bit| slope << bit);
+        }
+        Some(slopes)
+    }
+
+    /// The slopes of each bit, from one pair of places that differ in nothing else.
+    fn by_bits(
+        seen: &[Option<u32>],
+        grid: [u32; 3],
+        known: &dyn Fn([u32; 3]) -> Option<u32>,
+    ) -> Option<[[u32; BITS]; 3]> {
+        let mut slopes = [[0; BITS]; 3];
+        for axis in 0..3 {
+            for bit in (0..BITS).take_while(|bit| (grid[axis] - 1) >> bit != 0) {
+                slopes[axis][bit] = (0..seen.len()).find_map(|index| {
+                    let here = position(index, grid);
+                    let mut next = here;
+                    next[axis] |= 1 << bit;
+                    (next != here && next[axis] < grid[axis])
+                        .then(|| Some(known(next)?.wrapping_sub(known(here)?)))
+                        .flatten()
+                })?;
+            }
+        }
+        Some(slopes)
     }
 }
 
@@ -318,6 +362,21 @@ mod tests {
             .collect();
         let pattern = Pattern::fit(&seen, grid).expect("a pattern");
         assert_eq!(pattern.at([3, 2, 0]), 7 + 6 + 200);
+    }
+
+    #[test]
+    fn tiled_and_swizzled_places_lie_in_a_pattern_of_bits() {
+        let grid = [12, 6, 1];
+        let place = |x: u32, y: u32| (y / 4 * 3 + x / 4) * 16 + (y % 4) * 4 + (x % 4 ^ 1);
+        let seen: Vec<Option<u32>> = (0..72)
+            .map(|i| {
+                let [x, y, _] = position(i, grid);
+                (i % 5 != 2).then_some(place(x, y))
+            })
+            .collect();
+        let pattern = Pattern::fit(&seen, grid).expect("a pattern");
+        assert_eq!(pattern.at([2, 0, 0]), place(2, 0));
+        assert_eq!(pattern.at([9, 5, 0]), place(9, 5));
     }
 
     #[test]

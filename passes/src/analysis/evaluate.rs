@@ -103,7 +103,16 @@ impl<'a> Walk<'a> {
             Expression::Override(handle) => self.terms.intern(Term::Override(handle)),
             Expression::ZeroValue(ty) => self.terms.zero(ty),
             Expression::Compose { ty, ref components } => {
-                let parts = components.iter().map(|&c| self.term(frame, c)).collect();
+                let parts = components
+                    .iter()
+                    .map(|&component| {
+                        let width = match *self.inner(frame, component) {
+                            TypeInner::Vector { size, .. } => size as u32,
+                            _ => 1,
+                        };
+                        (self.term(frame, component), width)
+                    })
+                    .collect();
                 self.terms.compose_flat(ty, parts)
             }
             Expression::Splat { size, value } => {

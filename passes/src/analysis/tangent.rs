@@ -107,9 +107,11 @@ impl Tangent {
         Some(mapped)
     }
 
-    /// Whether nothing is left that moves with the workgroup alone.
+    /// Whether nothing is left that moves with the workgroup alone. A duplicate lies in its primary's layer, so both have
+    /// the same z, and what moves with the workgroup's z is the same for both.
     pub fn is_pixel_only(&self) -> bool {
-        self.group.iter().all(|slope| slope.is_zero())
+        let [x, y, _] = self.group;
+        x.is_zero() && y.is_zero()
     }
 }
 

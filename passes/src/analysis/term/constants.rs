@@ -15,7 +15,10 @@ impl Terms<'_> {
             Expression::Compose { ty, ref components } => {
                 let parts = components
                     .iter()
-                    .map(|&part| self.global_expression(part))
+                    .map(|&part| {
+                        let part = self.global_expression(part);
+                        (part, self.width(part).unwrap_or(1))
+                    })
                     .collect();
                 self.compose_flat(ty, parts)
             }

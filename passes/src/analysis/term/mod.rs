@@ -375,26 +375,26 @@ impl<'a> Terms<'a> {
         }
     }
 
-    /// A composite whose parts may themselves be vectors, as naga writes `vec3(v.xy, z)`.
-    pub fn compose_flat(&mut self, ty: Handle<Type>, parts: Vec<TermId>) -> TermId {
+    /// A composite whose parts may themselves be vectors, as naga writes `vec3(v.xy, z)`; each part comes with its number of
+    /// components.
+    pub fn compose_flat(&mut self, ty: Handle<Type>, parts: Vec<(TermId, u32)>) -> TermId {
+        let whole = |parts: Vec<(TermId, u32)>| parts.into_iter().map(|(part, _)| part).collect();
         let TypeInner::Vector { size, scalar } = self.module.types[ty].inner else {
-            return self.compose(Composite::Type(ty), parts);
+            return self.compose(Composite::Type(ty), whole(parts));
         };
         if parts.len() == size as usize || !followed(scalar) {
-            return self.compose(Composite::Type(ty), parts);
+            return self.compose(Composite::Type(ty), whole(parts));
         }
         let mut flat = Vec::with_capacity(size as usize);
-        let shared = size as usize - parts.len();
-        for part in parts {
-            match self.width(part) {
-                Some(width) => flat.extend((0..width).map(|i| self.extract(part, i))),
-                None => flat.push(part),
+        for (part, width) in parts {
+            match width {
+                1 => flat.push(part),
+                _ => flat.extend((0..width).map(|i| self.extract(part, i))),
             }
         }
         if flat.len() == size as usize {
             self.compose(Composite::Type(ty), flat)
         } else {
-            debug_assert!(shared > 0);
             self.opaque(Opacity::Unfollowed, flat)
         }
     }

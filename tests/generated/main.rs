@@ -1,0 +1,164 @@
+//! The laws of the contract, for shaders that nobody wrote: a [grammar](grammar) makes them from seeds, over the shapes that
+//! people write, and each is rewritten and checked on a driver.
+//!
+//! A shader that fails is [shrunk](shrink) and printed with its seed. `VRCS_GENERATED=10000` makes a long run of it, `VRCS_SEED`
+//! starts at a certain seed, and `VRCS_THREADS` says how many are checked at a time.
+
+#[path = "../common/mod.rs"]
+mod common;
+mod control;
+mod grammar;
+mod ids;
+mod judge;
+mod refused;
+mod shrink;
+mod targets;
+mod values;
+
+use std::{
+    collections::{BTreeMap, HashSet},
+    sync::{
+        Mutex,
+        atomic::{AtomicU64, Ordering},
+    },
+};
+
+use judge::{Outcome, judge};
+
+/// How often a shrinker asks, and how many failures are shrunk.
+const TRIES: u32 = 600;
+const SHRUNK: usize = 4;
+
+fn from_env(name: &str) -> Option<u64> {
+    let value = std::env::var(name).ok()?;
+    Some(
+        value
+            .parse()
+            .unwrap_or_else(|_| panic!("{name} is a number")),
+    )
+}
+
+/// What came of many shaders.
+#[derive(Default)]
+struct Tally {
+    outcomes: BTreeMap<String, u32>,
+    shapes: BTreeMap<&'static str, u32>,
+    failures: Vec<(u64, String)>,
+}
+
+#[test]
+fn the_laws_hold_for_shaders_that_nobody_wrote() {
+    let first = common::seed() * 1_000_003;
+    let slow = common::gpu().info.name.contains("SwiftShader");
+    let count = from_env("VRCS_GENERATED").unwrap_or(if slow { 40 } else { 200 });
+    let threads = from_env("VRCS_THREADS").unwrap_or(2);
+    let next = AtomicU64::new(0);
+    let tally = Mutex::new(Tally::default());
+    std::thread::scope(|scope| {
+        for _ in 0..threads {
+            scope.spawn(|| {
+                let gpu = common::gpu();
+                loop {
+                    let number = next.fetch_add(1, Ordering::Relaxed);
+                    if number >= count {
+                        return;
+                    }
+                    let seed = first + number;
+                    let shader = grammar::shader(seed);
+                    let outcome = judge(&gpu, &shader, seed);
+                    let mut tally = tally.lock().expect("a tally");
+                    if number % 500 == 499 {
+                        eprintln!("{} of {count}: {:?}", number + 1, tally.outcomes);
+                    }
+                    *tally.outcomes.entry(outcome.label()).or_default() += 1;
+                    if let Outcome::Held | Outcome::HeldWhereSeen(_) = outcome {
+                        for shape in &shader.shapes {
+                            *tally.shapes.entry(shape).or_default() += 1;
+                        }
+                    }
+                    if let Outcome::Bad(_) = &outcome {
+                        let is_first = tally.failures.len() < SHRUNK;
+                        tally.failures.push((seed, format!("{outcome:?}")));
+                        drop(tally);
+                        if is_first {
+                            eprintln!("{}", told(&gpu, &shader, seed, &outcome));
+                        }
+                    }
+                }
+            });
+        }
+    });
+    let tally = tally.into_inner().expect("a tally");
+    println!("{count} shaders from seed {first} on:");
+    for (outcome, times) in &tally.outcomes {
+        println!("{times:6}  {outcome}");
+    }
+    println!("shapes that held:");
+    for (shape, times) in &tally.shapes {
+        println!("{times:6}  {shape}");
+    }
+    assert!(tally.failures.is_empty(), "{:#?}", tally.failures);
+    let of = |start: &str| -> u64 {
+        let matching = tally.outcomes.iter().filter(|(o, _)| o.starts_with(start));
+        matching.map(|(_, times)| u64::from(*times)).sum()
+    };
+    // a check that cannot tell proves nothing, so few may be such
+    assert!(of("inconclusive") * 20 <= count, "too many are inconclusive");
+    assert!(of("not runnable") * 4 <= count, "too many cannot be run");
+    assert!(of("held") * 2 > count, "too few were held");
+}
+
+/// A failure for the reader: what failed, the seed, and the shader, shrunk.
+fn told(
+    gpu: &vrcs::check::gpu::Gpu,
+    shader: &grammar::Shader,
+    seed: u64,
+    outcome: &Outcome,
+) -> String {
+    let kind = outcome.kind();
+    let small = shrink::shrink(&shader.text, TRIES, &mut |text| {
+        let smaller = grammar::Shader {
+            text: text.to_owned(),
+            ..shader.clone()
+        };
+        judge(gpu, &smaller, seed).kind() == kind
+    });
+    format!("---- seed {seed}, {:?}: {outcome:?}\n{small}---- made of\n{}----", shader.size, shader.text)
+}
+
+/// Thousands of shaders without a driver: each is valid, and rewritten or refused as it must be, to a valid text.
+#[test]
+fn shaders_that_nobody_wrote_are_rewritten() {
+    let first = common::seed() * 1_000_003;
+    let count = from_env("VRCS_GENERATED").unwrap_or(1500);
+    let mut shapes = HashSet::new();
+    // one shrunk shader for each sort of failure, and how often it came
+    let mut failures: BTreeMap<String, (u32, String)> = BTreeMap::new();
+    for seed in first..first + count {
+        let shader = grammar::shader(seed);
+        shapes.extend(shader.shapes.iter().copied());
+        let options = judge::job(&shader, seed).options;
+        let Err(bad) = judge::rewritten(&shader, &options) else {
+            continue;
+        };
+        let failure = failures.entry(bad.sort()).or_default();
+        failure.0 += 1;
+        if failure.0 > 1 {
+            continue;
+        }
+        let small = shrink::shrink(&shader.text, 2000, &mut |text| {
+            let smaller = grammar::Shader {
+                text: text.to_owned(),
+                ..shader.clone()
+            };
+            judge::rewritten(&smaller, &options).is_err_and(|other| other.sort() == bad.sort())
+        });
+        failure.1 = format!("seed {seed}: {}\n{small}", bad.what);
+    }
+    for (sort, (times, first)) in &failures {
+        println!("---- {times} times: {sort}\n{first}");
+    }
+    assert!(failures.is_empty(), "{} sorts of failures", failures.len());
+    // the grammar reaches all its shapes
+    assert!(shapes.len() >= 60, "{}: {shapes:?}", shapes.len());
+}
