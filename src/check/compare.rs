@@ -124,7 +124,9 @@ impl Due {
             for known in 0..sums.len() {
                 let sum = sums[known] + write.times;
                 sums.push(sum);
-                nearest = got.checked_sub(sum).map_or(nearest, |left| nearest.min(left));
+                nearest = got
+                    .checked_sub(sum)
+                    .map_or(nearest, |left| nearest.min(left));
             }
         }
         Some(nearest)
@@ -401,7 +403,9 @@ impl Original {
                 let at = number as usize * unit;
                 let got = got[output].get(at..at + unit);
                 let right = due.writes().any(|write| {
-                    let from = write.from.map(|from| self.outputs[output].get(from..from + unit));
+                    let from = write
+                        .from
+                        .map(|from| self.outputs[output].get(from..from + unit));
                     from.is_none_or(|from| got == from)
                 });
                 visit(due.first.pixel, right);

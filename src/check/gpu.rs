@@ -141,6 +141,13 @@ impl Gpu {
         self.info.device_type == wgpu::DeviceType::Cpu
     }
 
+    /// Whether the device takes SPIR-V as it is.
+    pub fn takes_spirv(&self) -> bool {
+        let features = self.device.features();
+        features.contains(wgpu::Features::PASSTHROUGH_SHADERS)
+            && self.info.backend == wgpu::Backend::Vulkan
+    }
+
     /// The errors since the last call.
     ///
     /// # Errors

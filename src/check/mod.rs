@@ -20,6 +20,7 @@
 
 mod builds;
 pub mod compare;
+mod exact;
 pub mod gpu;
 pub mod inputs;
 mod learn;

@@ -209,7 +209,7 @@ pub fn position(invocation: usize, grid: [u32; 3]) -> [u32; 3] {
 /// The pattern of a place: of each coordinate of a texel, or of a byte offset.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum PlacePattern {
-    Texel([Pattern; 3], [u32; 3]),
+    Texel(Box<[Pattern; 3]>, [u32; 3]),
     Offset(Pattern),
 }
 
@@ -237,7 +237,10 @@ impl PlacePattern {
                         .collect();
                     Pattern::fit(&seen, grid)
                 };
-                Some(PlacePattern::Texel([axis(0)?, axis(1)?, axis(2)?], size))
+                Some(PlacePattern::Texel(
+                    Box::new([axis(0)?, axis(1)?, axis(2)?]),
+                    size,
+                ))
             }
         }
     }
@@ -272,7 +275,9 @@ impl Pattern {
         (0..3).fold(self.base, |value, axis| {
             (0..BITS)
                 .filter(|bit| position[axis] >> bit & 1 == 1)
-                .fold(value, |value, bit| value.wrapping_add(self.slopes[axis][bit]))
+                .fold(value, |value, bit| {
+                    value.wrapping_add(self.slopes[axis][bit])
+                })
         })
     }
 
@@ -367,7 +372,7 @@ mod tests {
     #[test]
     fn tiled_and_swizzled_places_lie_in_a_pattern_of_bits() {
         let grid = [12, 6, 1];
-        let place = |x: u32, y: u32| (y / 4 * 3 + x / 4) * 16 + (y % 4) * 4 + (x % 4 ^ 1);
+        let place = |x: u32, y: u32| (y / 4 * 3 + x / 4) * 16 + (y % 4) * 4 + ((x % 4) ^ 1);
         let seen: Vec<Option<u32>> = (0..72)
             .map(|i| {
                 let [x, y, _] = position(i, grid);

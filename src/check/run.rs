@@ -79,7 +79,8 @@ impl Program {
         } = build;
         let resources = reflect::resources(module, info, entry)?;
         let layouts = reflect::group_layouts(&gpu.device, &resources, label);
-        let shader = gpu
+        // wgpu checks what it is given, and that the device has the features for it
+        let plain = gpu
             .device
             .create_shader_module(wgpu::ShaderModuleDescriptor {
                 label: Some(label),
@@ -90,6 +91,8 @@ impl Program {
                     }
                 },
             });
+        gpu.check()?;
+        let shader = exact_shader(gpu, &build, &resources)?.unwrap_or(plain);
         let groups: Vec<_> = layouts.iter().map(Option::as_ref).collect();
         let layout = gpu
             .device
@@ -224,6 +227,51 @@ fn binding<'b>(
         MadeKind::Texture { view, .. } => wgpu::BindingResource::TextureView(view),
         MadeKind::Sampler(sampler) => wgpu::BindingResource::Sampler(sampler),
     })
+}
+
+/// The shader with [exact](super::exact) arithmetic; `None` where the device takes no SPIR-V.
+fn exact_shader(
+    gpu: &Gpu,
+    build: &Build,
+    resources: &[Resource],
+) -> Result<Option<wgpu::ShaderModule>, RunError> {
+    if !gpu.takes_spirv() {
+        return Ok(None);
+    }
+    let name = &build.module.entry_points[build.entry].name;
+    let bindings = resources
+        .iter()
+        .map(|resource| (resource.group, resource.entry.binding))
+        .collect();
+    let spirv = |module: &Module, info: &ModuleInfo| {
+        super::exact::spirv(module, info, name, build.constants, &bindings)
+    };
+    let written = match build.code {
+        Code::Module => spirv(build.module, build.info),
+        Code::Text(text) => {
+            let source = vrcs_passes::Source::new(build.label, text);
+            match vrcs_passes::input::wgsl(&source) {
+                Ok((module, info)) => spirv(&module, &info),
+                Err(invalid) => Err(invalid.rendered),
+            }
+        }
+    };
+    let (words, workgroup_size) = written.map_err(GpuError::Refused)?;
+    let workgroup_size = (workgroup_size[0], workgroup_size[1], workgroup_size[2]);
+    let descriptor = wgpu::ShaderModuleDescriptorPassthrough {
+        label: Some(build.label),
+        entry_points: std::borrow::Cow::Owned(vec![wgpu::PassthroughShaderEntryPoint {
+            name: name.as_str().into(),
+            workgroup_size,
+        }]),
+        spirv: Some(words.into()),
+        ..wgpu::ShaderModuleDescriptorPassthrough::default()
+    };
+    // SAFETY: naga wrote the SPIR-V from a valid module, with its own bounds checks on all buffers, images and indices and
+    // its bounds on all loops; the decorations only forbid optimisations.
+    Ok(Some(unsafe {
+        gpu.device.create_shader_module_passthrough(descriptor)
+    }))
 }
 
 fn reset(gpu: &Gpu, made: &[Made]) {

@@ -278,8 +278,12 @@ fn stores(g: &mut Generator, scope: &Scope, target: &Target) {
     };
     if g.one_in(2) {
         g.shape("block in loops");
-        g.open(format!("for (var block_y = 0u; block_y < {height}u; block_y++)"));
-        g.open(format!("for (var block_x = 0u; block_x < {width}u; block_x++)"));
+        g.open(format!(
+            "for (var block_y = 0u; block_y < {height}u; block_y++)"
+        ));
+        g.open(format!(
+            "for (var block_x = 0u; block_x < {width}u; block_x++)"
+        ));
         let mut inner = scope.inner();
         inner.add("block_x", Ty::U);
         let value = target.value(&inner, 2, g);
@@ -332,8 +336,12 @@ fn through_helper(g: &mut Generator, scope: &Scope, target: &Target) {
             match target.block {
                 None => target.store(&at, "value", g),
                 Some([width, height]) => {
-                    g.open(format!("for (var block_y = 0u; block_y < {height}u; block_y++)"));
-                    g.open(format!("for (var block_x = 0u; block_x < {width}u; block_x++)"));
+                    g.open(format!(
+                        "for (var block_y = 0u; block_y < {height}u; block_y++)"
+                    ));
+                    g.open(format!(
+                        "for (var block_x = 0u; block_x < {width}u; block_x++)"
+                    ));
                     target.store(&at, "value", g);
                     g.close();
                     g.close();

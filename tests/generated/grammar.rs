@@ -118,7 +118,11 @@ impl Generator {
     pub fn resource(&mut self, declaration: &str) {
         let binding = self.bindings;
         self.bindings += 1;
-        let group = if self.geometry.layered && binding > 3 { 1 } else { 0 };
+        let group = if self.geometry.layered && binding > 3 {
+            1
+        } else {
+            0
+        };
         self.globals
             .push(format!("@group({group}) @binding({binding}) {declaration}"));
     }

@@ -86,8 +86,7 @@ pub fn choose(generator: &mut Generator) -> EntryHead {
         2 => {
             head.shapes.push("local index decoded");
             head.affine = false;
-            head.signature =
-                format!("fn main({wid}, @builtin(local_invocation_index) index: u32)");
+            head.signature = format!("fn main({wid}, @builtin(local_invocation_index) index: u32)");
             head.pixel = vec![
                 format!(
                     "let pixel = vec2<u32>(group.x * {side} + index % {side}, group.y * {half} + index / {side});"
@@ -103,10 +102,10 @@ pub fn choose(generator: &mut Generator) -> EntryHead {
             head.declarations.clear();
             head.shapes.retain(|shape| !shape.contains("workgroup"));
             head.attributes = "@compute @workgroup_size(64)".to_owned();
-            head.signature =
-                format!("fn main({wid}, @builtin(local_invocation_index) index: u32)");
+            head.signature = format!("fn main({wid}, @builtin(local_invocation_index) index: u32)");
             head.pixel = vec![
-                "let tile_x = (index & 1u) | ((index >> 1u) & 2u) | ((index >> 2u) & 4u);".to_owned(),
+                "let tile_x = (index & 1u) | ((index >> 1u) & 2u) | ((index >> 2u) & 4u);"
+                    .to_owned(),
                 "let tile_y = ((index >> 1u) & 1u) | ((index >> 2u) & 2u) | ((index >> 3u) & 4u);"
                     .to_owned(),
                 "let pixel = vec2<u32>(group.x * 8u + tile_x, group.y * 8u + tile_y);".to_owned(),
@@ -115,7 +114,8 @@ pub fn choose(generator: &mut Generator) -> EntryHead {
         }
         4 => {
             head.shapes.push("pixel in a private variable");
-            head.declarations.push_str("var<private> place: vec2<u32>;\n");
+            head.declarations
+                .push_str("var<private> place: vec2<u32>;\n");
             head.signature = format!("fn main({gid})");
             head.pixel = vec![
                 "place = id.xy;".to_owned(),

@@ -93,8 +93,13 @@ pub fn job(shader: &Shader, seed: u64) -> Job {
     job.size = shader.size;
     job.cases = 16;
     job.options = Options {
-        max_rate: [MaxRate::R2x2, MaxRate::R2x2, MaxRate::R4x4, MaxRate::R2x4, MaxRate::R4x2]
-            [rng.usize(0..5)],
+        max_rate: [
+            MaxRate::R2x2,
+            MaxRate::R2x2,
+            MaxRate::R4x4,
+            MaxRate::R2x4,
+            MaxRate::R4x2,
+        ][rng.usize(0..5)],
         tile: [[16, 16], [16, 16], [16, 16], [8, 8], [32, 8], [16, 8]][rng.usize(0..6)],
         full_tiles: [FullTiles::Promote, FullTiles::Keep][rng.usize(0..2)],
         ..Options::default()
@@ -158,9 +163,8 @@ pub fn judge(gpu: &Gpu, shader: &Shader, seed: u64) -> Outcome {
         Err(bad) => return Outcome::Bad(bad),
     };
     let source = Source::new("generated.wgsl", shader.text.clone());
-    let report = caught(|| {
-        check_rewritten(gpu, &source, &module, &info, &rewritten, &job, &mut |_| {})
-    });
+    let report =
+        caught(|| check_rewritten(gpu, &source, &module, &info, &rewritten, &job, &mut |_| {}));
     let report = match report {
         Ok(Ok(report)) => report,
         Ok(Err(error)) => return Outcome::NotRunnable(error.to_string()),

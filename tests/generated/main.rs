@@ -103,7 +103,10 @@ fn the_laws_hold_for_shaders_that_nobody_wrote() {
         matching.map(|(_, times)| u64::from(*times)).sum()
     };
     // a check that cannot tell proves nothing, so few may be such
-    assert!(of("inconclusive") * 20 <= count, "too many are inconclusive");
+    assert!(
+        of("inconclusive") * 20 <= count,
+        "too many are inconclusive"
+    );
     assert!(of("not runnable") * 4 <= count, "too many cannot be run");
     assert!(of("held") * 2 > count, "too few were held");
 }
@@ -123,7 +126,10 @@ fn told(
         };
         judge(gpu, &smaller, seed).kind() == kind
     });
-    format!("---- seed {seed}, {:?}: {outcome:?}\n{small}---- made of\n{}----", shader.size, shader.text)
+    format!(
+        "---- seed {seed}, {:?}: {outcome:?}\n{small}---- made of\n{}----",
+        shader.size, shader.text
+    )
 }
 
 /// Thousands of shaders without a driver: each is valid, and rewritten or refused as it must be, to a valid text.

@@ -35,14 +35,18 @@ pub fn plant(g: &mut Generator) -> Expect {
         }
         4 => {
             g.globals.push(
-                "struct Cursors {\n    at: array<u32, 16384>,\n    values: array<f32, 16384>,\n}".to_owned(),
+                "struct Cursors {\n    at: array<u32, 16384>,\n    values: array<f32, 16384>,\n}"
+                    .to_owned(),
             );
             g.resource("var<storage, read_write> cursors: Cursors;");
             g.line("let cursor = pixel.y * 96u + pixel.x;");
             g.line("let found = cursors.at[cursor];");
             g.line("cursors.values[found + cursor] = texel.x;");
             g.line("cursors.at[cursor] = found + 1u;");
-            ("an address from written memory", Code::AddressNotRecomputable)
+            (
+                "an address from written memory",
+                Code::AddressNotRecomputable,
+            )
         }
         _ => {
             g.resource("var<storage, read_write> sums: array<f32, 16384>;");

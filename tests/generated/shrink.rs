@@ -140,9 +140,11 @@ fn replacements(line: &str, from: usize) -> Option<(Vec<String>, usize)> {
         }
         if depth == 1 && at > open {
             let rest = &line[at..];
-            let operator = [", ", " + ", " - ", " * ", " / ", " && ", " || ", " ^ ", " & "]
-                .iter()
-                .find(|operator| rest.starts_with(**operator));
+            let operator = [
+                ", ", " + ", " - ", " * ", " / ", " && ", " || ", " ^ ", " & ",
+            ]
+            .iter()
+            .find(|operator| rest.starts_with(**operator));
             if let Some(operator) = operator {
                 parts.push(part..at);
                 part = at + operator.len();
@@ -184,7 +186,10 @@ fn main() {
 ";
     let balanced = |text: &str| text.matches('{').count() == text.matches('}').count();
     let small = shrink(text, 10_000, &mut |text| {
-        balanced(text) && text.contains("fn main") && text.contains("store(") && text.contains("culprit")
+        balanced(text)
+            && text.contains("fn main")
+            && text.contains("store(")
+            && text.contains("culprit")
     });
     assert_eq!(small.trim(), "fn main() {\n        store(culprit);\n}");
 }

@@ -321,11 +321,7 @@ impl Target {
         let confined = geometry.is_confined();
         let (stride, columns) = match confined {
             true => {
-                let name = g.pick(&[
-                    "frame.width",
-                    "frame.size.x",
-                    "textureDimensions(input).x",
-                ]);
+                let name = g.pick(&["frame.width", "frame.size.x", "textureDimensions(input).x"]);
                 (name.to_owned(), width)
             }
             false => match g.one_in(2) {
@@ -404,11 +400,7 @@ impl Target {
                     g.line(format!("let row = at.y * {stride};"));
                     g.line("return row + at.x;");
                 });
-                (
-                    "index by a helper",
-                    format!("{name}(pixel)"),
-                    linear,
-                )
+                ("index by a helper", format!("{name}(pixel)"), linear)
             }
             _ => (
                 "linear buffer",

@@ -59,7 +59,9 @@ impl Scope {
             scope.has_sampler = true;
         }
         if generator.one_in(5) {
-            generator.globals.push("var<private> state: u32;".to_owned());
+            generator
+                .globals
+                .push("var<private> state: u32;".to_owned());
             generator.shape("private state");
             generator.function("fn random() -> f32", |g| {
                 g.line("state = state * 747796405u + 2891336453u;");
@@ -185,7 +187,9 @@ impl Scope {
                 format!("({a} {op} {b})")
             }
             5 => {
-                let of = g.pick(&["sqrt", "sin", "abs", "fract", "floor", "exp2", "log2", "saturate"]);
+                let of = g.pick(&[
+                    "sqrt", "sin", "abs", "fract", "floor", "exp2", "log2", "saturate",
+                ]);
                 if of == "sqrt" || of == "log2" {
                     g.shape("NaNs");
                     return format!("{of}({} - 0.4)", self.value(Ty::F, d, g));
@@ -257,7 +261,11 @@ impl Scope {
             }
             4 => {
                 let op = g.pick(&["<<", ">>"]);
-                format!("({} {op} ({} & 15u))", self.value(Ty::U, d, g), self.value(Ty::U, d, g))
+                format!(
+                    "({} {op} ({} & 15u))",
+                    self.value(Ty::U, d, g),
+                    self.value(Ty::U, d, g)
+                )
             }
             5 => format!("u32({})", self.value(Ty::I, d, g)),
             6 => format!("u32(saturate({}) * 9.0)", self.value(Ty::F, d, g)),

@@ -1,0 +1,175 @@
+//! The crates whose shaders are the corpus, and how their files are put together.
+
+use std::path::{Path, PathBuf};
+
+use vrcs_passes::input::{Invalid, Reader, Shader, compose};
+
+#[path = "../common/published.rs"]
+mod published;
+
+/// A crate that carries compute shaders.
+pub struct Package {
+    pub name: &'static str,
+    pub version: &'static str,
+    /// What its build or its renderer defines.
+    defines: &'static [(&'static str, &'static str)],
+    /// Crates whose shaders it imports.
+    imports: &'static [(&'static str, &'static str)],
+    /// A folder whose files are imported by their names, as vello does.
+    named: Option<&'static str>,
+}
+
+const fn plain(name: &'static str, version: &'static str) -> Package {
+    Package {
+        name,
+        version,
+        defines: &[],
+        imports: &[],
+        named: None,
+    }
+}
+
+const BEVY: &[(&str, &str)] = &[
+    ("bevy_core_pipeline", "0.19.1"),
+    ("bevy_pbr", "0.19.1"),
+    ("bevy_render", "0.19.1"),
+    ("bevy_shader", "0.19.1"),
+    ("bevy_post_process", "0.19.1"),
+    ("bevy_solari", "0.19.1"),
+];
+
+const fn bevy(name: &'static str) -> Package {
+    Package {
+        name,
+        version: "0.19.1",
+        defines: &[
+            ("AVAILABLE_STORAGE_BUFFER_BINDINGS", "6"),
+            ("MAX_DIRECTIONAL_LIGHTS", "10"),
+            ("MAX_CASCADES_PER_LIGHT", "4"),
+            ("MAX_RECT_LIGHTS", "8"),
+            ("SLICE_COUNT", "3"),
+            ("SAMPLES_PER_SLICE_SIDE", "3"),
+            ("PER_OBJECT_BUFFER_BATCH_SIZE", "64"),
+            ("MATERIAL_BIND_GROUP", "3"),
+        ],
+        imports: BEVY,
+        named: None,
+    }
+}
+
+/// All of them.
+pub const PACKAGES: &[Package] = &[
+    plain("bevy_atmosphere", "0.13.0"),
+    bevy("bevy_core_pipeline"),
+    plain("bevy_eulerian_fluid", "0.4.0"),
+    plain("bevy_magic_light_2d", "0.8.0"),
+    bevy("bevy_pbr"),
+    bevy("bevy_post_process"),
+    bevy("bevy_render"),
+    bevy("bevy_solari"),
+    plain("blade-render", "0.4.0"),
+    plain("cuneus", "0.6.4"),
+    Package {
+        named: Some("shader/shared"),
+        ..plain("vello_shaders", "0.9.0")
+    },
+];
+
+/// A file with compute entry points, or the reason why it cannot be read on its own.
+pub struct File {
+    /// Its path in the crate.
+    pub path: String,
+    pub shader: Result<Shader, Invalid>,
+}
+
+impl Package {
+    /// Fetches the crate and reads its compute shaders; `None` if the machine is told to stay offline.
+    pub fn files(&self) -> Option<Vec<File>> {
+        let root = published::crate_source(self.name, self.version)?;
+        let mut reader = Reader::new();
+        for (name, value) in self.defines {
+            reader = reader.define(*name, *value);
+        }
+        let mut roots = vec![root.clone()];
+        for (name, version) in self.imports {
+            roots.push(published::crate_source(name, version)?);
+        }
+        for path in roots.iter().flat_map(|root| shaders(root)) {
+            let text = std::fs::read_to_string(&path).expect("a shader of the crate");
+            if compose::import_path(&text).is_some() {
+                reader = reader.module(path.display().to_string(), text);
+            }
+        }
+        let shared = self.named.map(|folder| root.join(folder));
+        let mut files = Vec::new();
+        for path in shaders(&root) {
+            let text = std::fs::read_to_string(&path).expect("a shader of the crate");
+            if !text.contains("@compute") {
+                continue;
+            }
+            let text = match &shared {
+                Some(shared) => with_named(&text, shared),
+                None => text,
+            };
+            let name = path.strip_prefix(&root).expect("a file of the crate");
+            let name = name.display().to_string();
+            files.push(File {
+                shader: reader.wgsl([(name.clone(), text)]),
+                path: name,
+            });
+        }
+        Some(files)
+    }
+}
+
+/// The WGSL files below a folder, in order.
+fn shaders(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    let entries = std::fs::read_dir(folder).expect("a folder of the crate");
+    for entry in entries {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            found.extend(shaders(&path));
+        } else if path
+            .extension()
+            .is_some_and(|extension| extension == "wgsl")
+        {
+            found.push(path);
+        }
+    }
+    found.sort();
+    found
+}
+
+/// Puts the files that `#import name` names in its place, each once, with nothing defined.
+fn with_named(text: &str, shared: &Path) -> String {
+    let mut whole = String::new();
+    // whether each condition that is open holds
+    let mut open: Vec<bool> = Vec::new();
+    for line in text.lines() {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        match words.as_slice() {
+            ["#ifdef", ..] => open.push(false),
+            ["#ifndef", ..] => open.push(true),
+            ["#else", ..] => {
+                if let Some(holds) = open.last_mut() {
+                    *holds = !*holds;
+                }
+            }
+            ["#endif", ..] => {
+                open.pop();
+            }
+            _ if open.contains(&false) => {}
+            ["#import", name] => {
+                let path = shared.join(format!("{name}.wgsl"));
+                let text = std::fs::read_to_string(&path).expect("a shared file");
+                whole.push_str(&with_named(&text, shared));
+            }
+            _ => {
+                whole.push_str(line);
+                whole.push('\n');
+            }
+        }
+    }
+    whole
+}

@@ -1,0 +1,142 @@
+//! Shaders that others wrote and published: each compute entry point of a dozen crates is rewritten, or refused with a reason
+//! that somebody has read and found right.
+//!
+//! `TABLE.md` beside this file is what came of it; `BLESS=1` writes it anew. The text of the shaders is fetched, and never part of
+//! this repository; where it cannot be, the tests are passed over. `VRCS_CORPUS=100` checks so many rewritten entry points on the
+//! driver, picked by the seed (all of them if there are no more); a few otherwise.
+
+#[path = "../common/mod.rs"]
+mod common;
+mod crates;
+mod table;
+mod verdicts;
+
+use std::path::Path;
+
+use crates::PACKAGES;
+use table::{Became, Row};
+use vrcs::check::{Job, Verdict, check};
+use vrcs_passes::{Options, input::Shader};
+
+/// Everything that becomes of the corpus without a driver; `None` offline.
+fn rows() -> Option<Vec<(Row, Option<Shader>)>> {
+    let mut rows = Vec::new();
+    for package in PACKAGES {
+        for file in package.files()? {
+            let shader = match file.shader {
+                Ok(shader) => shader,
+                Err(invalid) => {
+                    let became = Became::NotRead(table::first_line(&invalid.rendered));
+                    let row = Row::new(package, &file.path, "", (became.clone(), became));
+                    rows.push((row, None));
+                    continue;
+                }
+            };
+            let compute = shader
+                .module
+                .entry_points
+                .iter()
+                .filter(|entry| entry.stage == naga::ShaderStage::Compute);
+            for entry in compute {
+                let became = table::rewritten(&shader, &entry.name);
+                let row = Row::new(package, &file.path, &entry.name, became);
+                rows.push((row, Some(shader.clone())));
+            }
+        }
+    }
+    Some(rows)
+}
+
+#[test]
+fn the_table_is_current_and_every_refusal_has_been_read() {
+    let Some(rows) = rows() else {
+        println!("skipped: the corpus, for want of the crates");
+        return;
+    };
+    let rows: Vec<Row> = rows.into_iter().map(|(row, _)| row).collect();
+    let unread: Vec<String> = rows
+        .iter()
+        .filter(|row| matches!(row.chosen, Became::Refused(_)))
+        .filter(|row| verdicts::of(&row.package, &row.file, &row.entry).is_none())
+        .map(|row| {
+            format!(
+                "{} {} {}: {:?}",
+                row.package, row.file, row.entry, row.chosen
+            )
+        })
+        .collect();
+    assert!(unread.is_empty(), "read these: {unread:#?}");
+    let defects: Vec<&Row> = rows
+        .iter()
+        .filter(|row| matches!(row.chosen, Became::Defect(_)))
+        .collect();
+    assert!(defects.is_empty(), "{defects:#?}");
+    let count = |became: &Became| rows.iter().filter(|row| row.chosen == *became).count();
+    assert!(rows.len() >= 60 && count(&Became::Rewritten) >= 30);
+
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/corpus/TABLE.md");
+    let now = table::print(&rows);
+    if std::env::var_os("BLESS").is_some() {
+        std::fs::write(&path, &now).expect("the table is writable");
+    }
+    let known = std::fs::read_to_string(&path).unwrap_or_default();
+    let changed: Vec<&str> = now
+        .lines()
+        .filter(|line| !known.lines().any(|other| other == *line))
+        .collect();
+    assert!(
+        known == now,
+        "the table is not current (BLESS=1 writes it anew): {changed:#?}"
+    );
+}
+
+#[test]
+fn what_is_rewritten_keeps_the_laws() {
+    let Some(rows) = rows() else {
+        println!("skipped: the corpus, for want of the crates");
+        return;
+    };
+    let count = match std::env::var("VRCS_CORPUS") {
+        Ok(count) => count.parse().expect("VRCS_CORPUS is a number"),
+        Err(_) => 4,
+    };
+    let seed = common::seed();
+    let gpu = common::gpu();
+    let mut rewritten: Vec<(Row, Shader)> = rows
+        .into_iter()
+        .filter(|(row, _)| row.chosen == Became::Rewritten)
+        .filter_map(|(row, shader)| Some((row, shader?)))
+        .collect();
+    fastrand::Rng::with_seed(seed).shuffle(&mut rewritten);
+    let mut failed = Vec::new();
+    for (row, shader) in rewritten.iter().take(count) {
+        let mut job = Job::new(&row.entry);
+        job.seed = seed;
+        job.size = [29, 21];
+        job.cases = 16;
+        job.options = Options {
+            max_bind_groups: gpu.device.limits().max_bind_groups.min(table::MORE_GROUPS),
+            ..Options::default()
+        };
+        let Shader {
+            module,
+            info,
+            source,
+            ..
+        } = shader;
+        let outcome = match check(&gpu, source, module, info, &job, &mut |_| {}) {
+            Ok(report) if report.verdict == Verdict::Failed => {
+                let failure = vrcs::check::Failure {
+                    picture: Vec::new(),
+                    ..report.failure.expect("a failure")
+                };
+                failed.push(format!("{} {} {}", row.package, row.file, row.entry));
+                format!("FAILED: {failure:?}")
+            }
+            Ok(report) => format!("{:?}: {}", report.verdict, report.why.unwrap_or_default()),
+            Err(error) => format!("not checked: {error}"),
+        };
+        println!("{} {} {}: {outcome}", row.package, row.file, row.entry);
+    }
+    assert!(failed.is_empty(), "{failed:#?}");
+}

@@ -1,0 +1,166 @@
+//! What became of each entry point, as a table.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use vrcs_passes::{Code, Options, emit, input::Shader, rewrite};
+
+use super::{crates::Package, verdicts};
+
+/// What became of an entry point.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Became {
+    /// The file cannot be read on its own.
+    NotRead(String),
+    Rewritten,
+    /// It stores nothing per pixel.
+    NothingToDo,
+    Refused(Vec<(Code, String)>),
+    /// A panic, or text that is not valid.
+    Defect(String),
+}
+
+/// An entry point.
+#[derive(Clone, Debug)]
+pub struct Row {
+    pub package: String,
+    pub file: String,
+    pub entry: String,
+    /// What became of it under the default options.
+    pub became: Became,
+    /// What becomes of it where the user has chosen more bind groups.
+    pub chosen: Became,
+}
+
+impl Row {
+    pub fn new(
+        package: &Package,
+        file: &str,
+        entry: &str,
+        (became, chosen): (Became, Became),
+    ) -> Row {
+        Row {
+            package: format!("{} {}", package.name, package.version),
+            file: file.to_owned(),
+            entry: entry.to_owned(),
+            became,
+            chosen,
+        }
+    }
+}
+
+/// The first line of a message.
+pub fn first_line(text: &str) -> String {
+    text.lines().next().unwrap_or_default().to_owned()
+}
+
+/// More bind groups than WebGPU's default, as many devices have: what a user may ask for.
+pub const MORE_GROUPS: u32 = 8;
+
+/// What becomes of an entry point under the default options, and where the device has more bind groups.
+pub fn rewritten(shader: &Shader, entry: &str) -> (Became, Became) {
+    let default = rewritten_with(shader, entry, &Options::default());
+    let chosen = match &default {
+        Became::Refused(reasons) if reasons.iter().any(|(code, _)| *code == Code::NoFreeGroup) => {
+            let options = Options {
+                max_bind_groups: MORE_GROUPS,
+                ..Options::default()
+            };
+            rewritten_with(shader, entry, &options)
+        }
+        _ => default.clone(),
+    };
+    (default, chosen)
+}
+
+fn rewritten_with(shader: &Shader, entry: &str, options: &Options) -> Became {
+    let work = || match rewrite(&shader.module, &shader.info, entry, options) {
+        Ok(rewritten) => match emit::wgsl(&rewritten.module, &rewritten.info) {
+            Ok(_) => Became::Rewritten,
+            // what has no WGSL, such as a ray query, is handed on as a module or as SPIR-V
+            Err(error) if error.to_string().contains("ray quer") => Became::Rewritten,
+            Err(error) => Became::Defect(error.to_string()),
+        },
+        Err(refusal) => {
+            let reasons: Vec<(Code, String)> = refusal
+                .findings
+                .iter()
+                .map(|finding| (finding.code, finding.message.clone()))
+                .collect();
+            let is_nothing = |(code, _): &(Code, String)| *code == Code::NothingPerPixel;
+            match reasons.iter().any(is_nothing) {
+                true => Became::NothingToDo,
+                false => Became::Refused(reasons),
+            }
+        }
+    };
+    match catch_unwind(AssertUnwindSafe(work)) {
+        Ok(became) => became,
+        Err(_) => Became::Defect("a panic".to_owned()),
+    }
+}
+
+/// The table as Markdown.
+pub fn print(rows: &[Row]) -> String {
+    let share = |of: &dyn Fn(&Row) -> &Became| {
+        let count =
+            |wanted: &dyn Fn(&Became) -> bool| rows.iter().filter(|row| wanted(of(row))).count();
+        let rewritten = count(&|became| *became == Became::Rewritten);
+        let refused = count(&|became| matches!(became, Became::Refused(_)));
+        let all = rewritten + refused;
+        let percent = 100.0 * rewritten as f64 / all.max(1) as f64;
+        format!("{rewritten} of {all} ({percent:.1} %)")
+    };
+    let nothing = rows
+        .iter()
+        .filter(|row| row.chosen == Became::NothingToDo)
+        .count();
+    let unread = rows
+        .iter()
+        .filter(|row| matches!(row.chosen, Became::NotRead(_)))
+        .count();
+    let mut text = format!(
+        "# Published shaders\n\n\
+         Written by `BLESS=1 cargo test --test corpus`; the test fails where it is not current.\n\n\
+         - Rewritten, of the entry points that store per pixel, with the default options: {}.\n\
+         - The same where the device has {MORE_GROUPS} bind groups (`max_bind_groups`): {}.\n\
+         - Entry points that store nothing per pixel: {nothing}. Files that are not shaders on their own: {unread}.\n\n\
+         | crate | file | entry point | becomes | because | verdict of a reader |\n\
+         |---|---|---|---|---|---|\n",
+        share(&|row| &row.became),
+        share(&|row| &row.chosen),
+    );
+    for row in rows {
+        let note = match (&row.became, &row.chosen) {
+            (Became::Refused(_), Became::Rewritten) => {
+                format!("with {MORE_GROUPS} bind groups; refused with 4 (VRCS004)")
+            }
+            (_, Became::Refused(reasons)) => {
+                let mut codes: Vec<String> =
+                    reasons.iter().map(|(code, _)| code.to_string()).collect();
+                codes.dedup();
+                format!("{}: {}", codes.join(", "), reasons[0].1)
+            }
+            (_, Became::NotRead(reason) | Became::Defect(reason)) => reason.clone(),
+            _ => String::new(),
+        };
+        let became = match &row.chosen {
+            Became::NotRead(_) => "not read",
+            Became::Rewritten => "rewritten",
+            Became::NothingToDo => "nothing to do",
+            Became::Refused(_) => "refused",
+            Became::Defect(_) => "defect",
+        };
+        let verdict = match row.chosen {
+            Became::Refused(_) => verdicts::of(&row.package, &row.file, &row.entry).unwrap_or(""),
+            _ => "",
+        };
+        text.push_str(&format!(
+            "| {} | {} | {} | {became} | {} | {verdict} |\n",
+            row.package,
+            row.file,
+            row.entry,
+            note.replace('|', "/"),
+        ));
+    }
+    text
+}

@@ -1,0 +1,174 @@
+//! What somebody who has read the shader says of each refusal.
+
+/// Of a crate, a file (its end) and entry points (`*` for all of the file's): why the refusal is right, or what would make it
+/// a rewrite.
+pub const VERDICTS: &[(&str, &str, &[&str], &str)] = &[
+    (
+        "bevy_core_pipeline",
+        "downsample_depth.wgsl",
+        &["*"],
+        "right: a mip chain through workgroup memory, four texels an invocation; no pixel of its own",
+    ),
+    (
+        "bevy_eulerian_fluid",
+        "prefix_sum.wgsl",
+        &["*"],
+        "right: a prefix sum",
+    ),
+    (
+        "bevy_eulerian_fluid",
+        "reseed_particles.wgsl",
+        &["*"],
+        "right: each cell marks particles that a heap picks",
+    ),
+    (
+        "bevy_eulerian_fluid",
+        "gauss_seidel.wgsl",
+        &["*"],
+        "right: a relaxation in place reads its neighbours",
+    ),
+    (
+        "bevy_eulerian_fluid",
+        "update.wgsl",
+        &["*"],
+        "right: an iteration in place reads its neighbours",
+    ),
+    (
+        "bevy_eulerian_fluid",
+        "extrapolate_u.wgsl",
+        &["*"],
+        "right: reads at the surface what other cells write",
+    ),
+    (
+        "bevy_eulerian_fluid",
+        "extrapolate_v.wgsl",
+        &["*"],
+        "right: reads at the surface what other cells write",
+    ),
+    (
+        "bevy_eulerian_fluid",
+        "extrapolate_velocity.wgsl",
+        &["*"],
+        "right: reads at the surface what other cells write",
+    ),
+    (
+        "bevy_pbr",
+        "multiscattering_lut.wgsl",
+        &["*"],
+        "right: 64 invocations sum up one texel",
+    ),
+    (
+        "bevy_pbr",
+        "preprocess_depth.wgsl",
+        &["*"],
+        "right: a mip chain through workgroup memory",
+    ),
+    (
+        "cuneus",
+        "blockgame.wgsl",
+        &["*"],
+        "right by default: the first invocations write sound; the policy `full` for `audio_buffer` would do",
+    ),
+    (
+        "cuneus",
+        "bugberman.wgsl",
+        &["*"],
+        "right by default: the first invocations write sound; the policy `full` for `au` would do",
+    ),
+    (
+        "cuneus",
+        "veridisquo.wgsl",
+        &["*"],
+        "right by default: the first invocations write sound; the policy `full` for `audio_buffer` would do",
+    ),
+    (
+        "cuneus",
+        "debugscreen.wgsl",
+        &["*"],
+        "right by default: one invocation writes sound; the policy `full` for `audio_buffer` would do",
+    ),
+    (
+        "cuneus",
+        "synth.wgsl",
+        &["*"],
+        "right: delay lines of sound, read at other places than written",
+    ),
+    (
+        "cuneus",
+        "buddhabrot.wgsl",
+        &["main_image"],
+        "right: clears a histogram that other invocations read",
+    ),
+    (
+        "cuneus",
+        "cnn.wgsl",
+        &["bloom_h", "bloom_v"],
+        "right as written, too careful in effect: `select` on a constant argument reads the buffer that is written, and drops what it read",
+    ),
+    (
+        "cuneus",
+        "pinscreen.wgsl",
+        &["bloom_h", "bloom_v"],
+        "right as written, too careful in effect: `select` on a constant argument reads the buffer that is written, and drops what it read",
+    ),
+    (
+        "cuneus",
+        "pinscreen.wgsl",
+        &["dof_gather", "dof_post"],
+        "right as far as can be proved: reads one third of a buffer and writes another, told apart by clamped indices alone",
+    ),
+    (
+        "cuneus",
+        "fft.wgsl",
+        &["*"],
+        "right: a row's transform in workgroup memory",
+    ),
+    (
+        "cuneus",
+        "gaussian.wgsl",
+        &["render_display"],
+        "a tile works together, with barriers: a rewrite by regions may come",
+    ),
+    (
+        "cuneus",
+        "lich.wgsl",
+        &["splat", "resolve"],
+        "right: scatters by atomics, and takes their results by exchange",
+    ),
+    (
+        "cuneus",
+        "physarum.wgsl",
+        &["*"],
+        "right: agents that scatter by atomics, and exchanges whose results are used",
+    ),
+    (
+        "cuneus",
+        "src/mesh/instances.wgsl",
+        &["*"],
+        "right: appends by an atomic",
+    ),
+    (
+        "vello_shaders",
+        "coarse.wgsl",
+        &["*"],
+        "right: bins, in workgroup memory",
+    ),
+    (
+        "vello_shaders",
+        "fine.wgsl",
+        &["*"],
+        "right: spills blend state into memory that it allocates, in a loop",
+    ),
+];
+
+/// The verdict on a refusal.
+pub fn of(package: &str, file: &str, entry: &str) -> Option<&'static str> {
+    VERDICTS
+        .iter()
+        .find(|(of, end, entries, _)| {
+            package.split(' ').next() == Some(of)
+                && file.ends_with(end)
+                && entries.iter().any(|name| *name == "*" || *name == entry)
+        })
+        .map(|(_, _, _, verdict)| *verdict)
+}
