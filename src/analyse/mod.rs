@@ -1,4 +1,40 @@
-//! The analysis stage: from what a frame looked like to the shading rates of the next.
+//! The analysis stage: from what a frame looked like to how coarse the next may be.
+//!
+//! | room | what | source |
+//! |---|---|---|
+//! | [`content`] | error of a quad, Eq. 2, 15, 16 | Yang et al., I3D 2019, §3 |
+//! | [`luma`] | Eq. 25 | §5.1 |
+//! | [`motion`] | b_H, b_Q, standalone, ladder: Eq. 20 to 24 | §4; Wicked Engine |
+//! | [`hysteresis`] | ε and gains by norm | §5.4 |
+//! | [`smoothing`] | limits between neighbours | §5.4; GDC pass 3 |
+//! | [`settings`] | every effect's parameters | |
+//! | [`inputs`] | what goes in and what comes out | |
+//! | [`exact`] | the oracle, in f64 | |
+//! | [`integer`] | the deterministic path on the CPU | |
+//! | [`pipeline`] | the order of the steps, shared by both | |
+//!
+//! ```
+//! use vrcs::analyse::{integer, Inputs, Colour, Settings};
+//! let picture = vec![[90, 90, 90, 255]; 64];
+//! let inputs = Inputs::of_colour([8, 8], Colour::Codes(&picture));
+//! let found = integer::analyse(&inputs, &Settings::default()).expect("inputs that fit");
+//! assert_eq!(found.sri, vrcs::sri::Sri::uniform(8, 8, vrcs::Rate::R2X2));
+//! ```
 
 pub mod content;
+pub mod exact;
+pub mod fixed;
+pub mod hysteresis;
+pub mod inputs;
+pub mod integer;
 pub mod luma;
+pub mod motion;
+pub mod params;
+pub mod pipeline;
+pub mod reasons;
+pub mod settings;
+pub mod smoothing;
+
+pub use inputs::{Colour, Inputs, Output, WrongInput};
+pub use reasons::Reason;
+pub use settings::Settings;

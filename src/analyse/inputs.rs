@@ -1,0 +1,179 @@
+//! What the analysis is given and what it gives, in memory.
+
+use crate::sri::Sri;
+
+/// A picture's colour, row by row.
+#[derive(Clone, Copy, Debug)]
+pub enum Colour<'a> {
+    /// 8-bit codes; [`Transfer`](super::settings::Transfer) says of what.
+    Codes(&'a [[u8; 4]]),
+    /// Linear light.
+    Linear(&'a [[f32; 4]]),
+    /// 8-bit √luma, `round(255 √luma)`, as the analysis itself and the deblocker write it.
+    SqrtLuma(&'a [u8]),
+}
+
+impl Colour<'_> {
+    /// The number of pixels.
+    pub fn len(&self) -> usize {
+        match self {
+            Colour::Codes(pixels) => pixels.len(),
+            Colour::Linear(pixels) => pixels.len(),
+            Colour::SqrtLuma(pixels) => pixels.len(),
+        }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// Bits of a pixel's flags.
+pub mod flags {
+    /// The pixel does not move with the world (a hand weapon): its motion does not count (§5.2).
+    pub const STATIC: u8 = 1;
+    /// No extra half rate here (foliage).
+    pub const NO_HALF_RATE: u8 = 2;
+    /// Full rate, whatever is found (alpha-tested surfaces, a HUD).
+    pub const FULL: u8 = 4;
+}
+
+/// One frame's inputs. What the settings do not call for is not looked at. All are row by row.
+#[derive(Clone, Copy, Debug)]
+pub struct Inputs<'a> {
+    /// The picture to shade: width and height.
+    pub size: [u32; 2],
+    /// The size of the pictures of the previous frame: `colour`, `after`, `previous_depth` and `previous_rates`.
+    pub previous_size: [u32; 2],
+    /// Whether there is a previous frame that shows the same scene. Without, all is at full rate.
+    pub has_history: bool,
+    /// The previous frame's final colour; before transparents, if `after` is had.
+    pub colour: Colour<'a>,
+    /// The previous frame's final colour after transparents.
+    pub after: Option<Colour<'a>>,
+    /// This frame's motion vectors.
+    pub motion: Option<&'a [[f32; 2]]>,
+    /// This frame's depth, 0 to 1.
+    pub depth: Option<&'a [f32]>,
+    /// The previous frame's depth.
+    pub previous_depth: Option<&'a [f32]>,
+    /// The previous frame's rates.
+    pub previous_rates: Option<&'a Sri>,
+    /// Smoothness and Rf0 of this frame's surfaces, 255 for 1.
+    pub materials: Option<&'a [[u8; 2]]>,
+    /// Where noise is, 255 for most.
+    pub noise: Option<&'a [u8]>,
+    /// [`flags`] of each pixel.
+    pub flags: Option<&'a [u8]>,
+    /// The scale of the dynamic resolution, above 0 to 1.
+    pub resolution_scale: f64,
+}
+
+impl<'a> Inputs<'a> {
+    /// A frame of which only the colour is known.
+    pub fn of_colour(size: [u32; 2], colour: Colour<'a>) -> Inputs<'a> {
+        Inputs {
+            size,
+            previous_size: size,
+            has_history: true,
+            colour,
+            after: None,
+            motion: None,
+            depth: None,
+            previous_depth: None,
+            previous_rates: None,
+            materials: None,
+            noise: None,
+            flags: None,
+            resolution_scale: 1.0,
+        }
+    }
+
+    /// Whether every input has its size.
+    ///
+    /// # Errors
+    /// The first that has not.
+    pub fn check(&self) -> Result<(), WrongInput> {
+        let count = |[w, h]: [u32; 2]| w as usize * h as usize;
+        let (now, before) = (count(self.size), count(self.previous_size));
+        let found = [
+            ("colour", Some(self.colour.len()), before),
+            (
+                "colour after transparents",
+                self.after.map(|c| c.len()),
+                before,
+            ),
+            ("motion", self.motion.map(<[_]>::len), now),
+            ("depth", self.depth.map(<[_]>::len), now),
+            (
+                "previous depth",
+                self.previous_depth.map(<[_]>::len),
+                before,
+            ),
+            ("materials", self.materials.map(<[_]>::len), now),
+            ("noise", self.noise.map(<[_]>::len), now),
+            ("flags", self.flags.map(<[_]>::len), now),
+        ];
+        if now == 0 || before == 0 {
+            return Err(WrongInput::Empty);
+        }
+        if self
+            .size
+            .iter()
+            .chain(&self.previous_size)
+            .any(|&side| side > 16_384)
+        {
+            return Err(WrongInput::TooLarge);
+        }
+        match found
+            .into_iter()
+            .find(|(_, got, want)| got.is_some_and(|got| got != *want))
+        {
+            Some((name, got, wanted)) => Err(WrongInput::Length {
+                name,
+                got: got.unwrap_or_default(),
+                wanted,
+            }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Inputs that do not fit together.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum WrongInput {
+    /// A picture without pixels.
+    #[error("a picture has no pixels")]
+    Empty,
+    /// A side above 16384.
+    #[error("a picture has a side above 16384 pixels")]
+    TooLarge,
+    /// An input of the wrong length.
+    #[error("{name} has {got} pixels; its picture has {wanted}")]
+    Length {
+        /// Which.
+        name: &'static str,
+        /// Its pixels.
+        got: usize,
+        /// The picture's.
+        wanted: usize,
+    },
+    /// The settings call for an input that is not there.
+    #[error("the settings call for {0}, which is not given")]
+    Missing(&'static str),
+}
+
+/// What the analysis finds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Output {
+    /// The rates for compute passes.
+    pub sri: Sri,
+    /// The rates for the hardware attachment: from the luma after transparents, without the extra half rate.
+    pub attachment: Sri,
+    /// √luma of the previous picture (after transparents, if told apart), four pixels to a word, rows padded to 256 bytes.
+    pub sqrt_luma: Vec<u8>,
+    /// Why each quad is as fine as it is: [`Reason`](super::reasons::Reason)s, in the form of `sri`.
+    pub reasons: Vec<u8>,
+}

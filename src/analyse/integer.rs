@@ -1,0 +1,264 @@
+//! The integer twin: the deterministic path on the CPU, bit for bit what `shaders/analyse.wgsl` makes.
+//!
+//! *Guarantees*: within 1 % of a threshold it may differ from the [exact](super::exact) stage; elsewhere not.
+
+use super::{
+    fixed::{self, FACTOR_ONE, Mag, ONE},
+    inputs::{Colour, Inputs, Output, WrongInput},
+    params::{self, Params, TABLE_FALLOFF, TABLE_SPEEDS},
+    pipeline::{self, Numbers, Place},
+    settings::{Difference, Form, Norm, Pairs, Settings},
+};
+
+/// Runs the deterministic path.
+///
+/// # Errors
+/// If inputs have the wrong size or are missing.
+pub fn analyse(inputs: &Inputs, settings: &Settings) -> Result<Output, WrongInput> {
+    inputs.check()?;
+    let params = Params::new(settings, inputs);
+    let numbers = Integers::new(inputs, settings, &params);
+    pipeline::run(&numbers, inputs, settings, &params)
+}
+
+/// A pixel: its luma and channels.
+#[derive(Clone, Copy, Debug)]
+struct Pixel {
+    luma: u32,
+    channels: [u32; 3],
+}
+
+struct Integers<'a> {
+    settings: &'a Settings,
+    params: &'a Params,
+    tables: Vec<u32>,
+    pictures: [Vec<Option<Pixel>>; 2],
+}
+
+/// The sums of a window.
+struct Window {
+    errors: [u32; 2],
+    luma: u32,
+}
+
+impl<'a> Integers<'a> {
+    fn new(inputs: &Inputs, settings: &'a Settings, params: &'a Params) -> Integers<'a> {
+        let is_sqrt = matches!(inputs.colour, Colour::SqrtLuma(_));
+        let tables = params::tables(settings, is_sqrt, inputs.resolution_scale);
+        let load = |colour: Colour| load(colour, &tables, params.white_log2);
+        let before = load(inputs.colour);
+        let after = inputs.after.map_or_else(Vec::new, load);
+        Integers {
+            settings,
+            params,
+            tables,
+            pictures: [before, after],
+        }
+    }
+
+    fn difference(&self, a: Pixel, b: Pixel) -> u32 {
+        let channels: [u32; 3] = std::array::from_fn(|c| a.channels[c].abs_diff(b.channels[c]));
+        match self.settings.content.difference {
+            Difference::Luma => a.luma.abs_diff(b.luma),
+            Difference::LargestChannel => channels.into_iter().max().unwrap_or_default(),
+            Difference::Rgb => fixed::luma(channels),
+        }
+    }
+
+    fn tolerance(&self, place: &Place, again: bool) -> u32 {
+        let params = self.params;
+        let mut tolerance = params.tolerance;
+        let mut scale = |by: u32| tolerance = ((tolerance * by) >> 12).min(0xffff);
+        if self.settings.safe_area.is_some() {
+            let is_border = |axis: usize| {
+                let at = place.quad[axis] * 2;
+                at < params.safe_width || at + params.safe_width >= params.size[axis]
+            };
+            scale(if is_border(0) || is_border(1) {
+                params.safe_tolerance
+            } else {
+                FACTOR_ONE
+            });
+        }
+        if self.settings.foveation.is_some() {
+            let d = [0, 1].map(|axis: usize| {
+                (place.quad[axis] as i32 * 2 - params.centre[axis]).unsigned_abs()
+            });
+            let index = fixed::mul_high(d[0] * d[0] + d[1] * d[1], params.falloff_scale);
+            scale(self.tables[TABLE_FALLOFF + index.min(params::FALLOFF as u32 - 1) as usize]);
+        }
+        if self.settings.materials.is_some() {
+            scale(material(place, params));
+        }
+        if again {
+            // where there is half the noise there is half the reduction
+            let less = (FACTOR_ONE - params.half_tolerance) * place.noise / 255;
+            scale(FACTOR_ONE - less);
+        }
+        tolerance
+    }
+}
+
+/// The tolerance of a material in motion: linear in smoothness · Rf0, and in speed up to the speed at which it does not matter.
+pub(super) fn material(place: &Place, params: &Params) -> u32 {
+    let speed = place.speed[0].max(place.speed[1]);
+    if speed >= params.material_slow {
+        return FACTOR_ONE;
+    }
+    let most = (FACTOR_ONE - params.material_least) * (place.shine >> 4) / 4064;
+    let slow = most * (params.material_slow - speed) / params.material_slow;
+    FACTOR_ONE - slow.min(FACTOR_ONE)
+}
+
+fn load(colour: Colour, tables: &[u32], white_log2: i32) -> Vec<Option<Pixel>> {
+    let pixel = |channels: [u32; 3]| Pixel {
+        luma: fixed::luma(channels),
+        channels,
+    };
+    match colour {
+        Colour::Codes(codes) => codes
+            .iter()
+            .map(|code| Some(pixel(std::array::from_fn(|c| tables[usize::from(code[c])]))))
+            .collect(),
+        Colour::Linear(values) => values
+            .iter()
+            .map(|value| {
+                let quantised = |c: usize| fixed::quantise(value[c], white_log2);
+                Some(pixel([quantised(0)?, quantised(1)?, quantised(2)?]))
+            })
+            .collect(),
+        Colour::SqrtLuma(codes) => codes
+            .iter()
+            .map(|&code| Some(tables[usize::from(code)]))
+            .map(|luma| {
+                luma.map(|luma| Pixel {
+                    luma,
+                    channels: [luma; 3],
+                })
+            })
+            .collect(),
+    }
+}
+
+/// The pairs of a window on an axis: indices of the two pixels, by the pairs' choice. `corner` is the parity of the window's
+/// upper left pixel.
+pub(super) fn pairs(
+    pairs: Pairs,
+    axis: usize,
+    corner: [u32; 2],
+) -> impl Iterator<Item = (usize, usize)> {
+    (0..16usize).filter_map(move |i| {
+        let (x, y) = (i % 4, i / 4);
+        let along = if axis == 0 { x } else { y };
+        if along == 3 {
+            return None;
+        }
+        let (px, py) = (x as u32 + corner[0], y as u32 + corner[1]);
+        let is_taken = match pairs {
+            Pairs::All => true,
+            Pairs::Interleaved => (px + py) & 1 == axis as u32,
+            Pairs::SubSampled => px & 1 == 0 && py & 1 == 0,
+        };
+        is_taken.then(|| (i, i + if axis == 0 { 1 } else { 4 }))
+    })
+}
+
+/// How many pairs there are on an axis.
+pub(super) fn count(pairs: Pairs) -> u32 {
+    match pairs {
+        Pairs::All => 12,
+        Pairs::Interleaved => 6,
+        Pairs::SubSampled => 2,
+    }
+}
+
+impl Numbers for Integers<'_> {
+    type Window = Window;
+
+    fn window(&self, picture: usize, sources: &[u32; 16], corner: [u32; 2]) -> Window {
+        let none = Pixel {
+            luma: 0,
+            channels: [0; 3],
+        };
+        let pixels = sources.map(|from| self.pictures[picture][from as usize].unwrap_or(none));
+        let content = &self.settings.content;
+        let darkest = pixels.iter().map(|p| p.luma).min().unwrap_or_default();
+        // GDC: BS = C (1 - saturate(50 L - 2.5))
+        let ramp = (50 * darkest).saturating_sub(5 * ONE / 2).min(ONE);
+        let sensitivity = (self.params.sensitivity * (ONE - ramp)) >> 14;
+        let errors = std::array::from_fn(|axis| {
+            let mut sum = 0;
+            for (a, b) in pairs(content.pairs, axis, corner) {
+                let (a, b) = (pixels[a], pixels[b]);
+                let mut d = self.difference(a, b);
+                if let Form::Pairwise { .. } = content.form {
+                    let base = a.luma.min(b.luma) + sensitivity;
+                    d = match (d, base) {
+                        (0, _) => 0,
+                        (_, 0) => 16_383,
+                        (d, base) => ((d << 10).div_ceil(base)).min(16_383),
+                    };
+                }
+                match content.norm {
+                    Norm::L1 => sum += d,
+                    Norm::L2 => sum += d * d,
+                    Norm::LInf => sum = sum.max(d),
+                }
+            }
+            sum
+        });
+        Window {
+            errors,
+            luma: pixels.iter().map(|p| p.luma).sum(),
+        }
+    }
+
+    fn is_below(&self, window: &Window, axis: usize, log2: u8, place: &Place, again: bool) -> bool {
+        let params = self.params;
+        let entry = self.tables[TABLE_SPEEDS + place.speed[axis] as usize];
+        let (b, factors) = match log2 {
+            1 => (entry & 0xffff, params.half),
+            _ => (entry >> 16, params.quarter),
+        };
+        let base = match self.settings.content.form {
+            Form::Window => window.luma + 16 * params.ambient,
+            Form::Pairwise { .. } => ONE,
+        };
+        let threshold = Mag::below(base)
+            .times_below(Mag::below(params.threshold))
+            .times_below(Mag::below(self.tolerance(place, again)))
+            .times_below(Mag::below(
+                factors[usize::from(place.previous[axis].min(2))],
+            ));
+        let b = Mag::above(b);
+        let error = Mag::above(window.errors[axis]);
+        let n = Mag::below(count(self.settings.content.pairs));
+        match self.settings.content.norm {
+            Norm::L1 => b
+                .times_above(error)
+                .scaled(3 + 24)
+                .is_less(threshold.times_below(n)),
+            Norm::LInf => b.times_above(error).scaled(3 + 24).is_less(threshold),
+            Norm::L2 => b
+                .times_above(b)
+                .times_above(error)
+                .scaled(6 + 48)
+                .is_less(threshold.times_below(threshold).times_below(n)),
+        }
+    }
+
+    fn error(&self, window: &Window, axis: usize) -> f64 {
+        // a quarter, as the kernel sums four of them in 32 bits
+        f64::from(window.errors[axis] >> 2)
+    }
+
+    fn sqrt_luma(&self, pixel: usize) -> u8 {
+        let last = &self.pictures[usize::from(self.settings.transparents)];
+        // what has no luma is white: it is at full rate as long as it is looked at, and white does not hide
+        last[pixel].map_or(255, |p| fixed::sqrt_code(p.luma) as u8)
+    }
+
+    fn is_valid(&self, picture: usize, pixel: usize) -> bool {
+        self.pictures[picture][pixel].is_some()
+    }
+}

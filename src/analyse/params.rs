@@ -1,0 +1,227 @@
+//! The settings as the deterministic path takes them: quantised once, on the CPU, for the kernel and its twin alike.
+
+use bytemuck::{Pod, Zeroable};
+
+use super::{
+    fixed, hysteresis,
+    inputs::Inputs,
+    luma, motion,
+    settings::{Blur, Form, Settings, Stability, Transfer, curve},
+};
+use crate::{rate::Rate, sri::SriLayout};
+
+/// The uniform of `shaders/analyse.wgsl`.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Params {
+    /// The picture's size.
+    pub size: [u32; 2],
+    /// The previous pictures' size.
+    pub previous: [u32; 2],
+    /// Previous pixels for a pixel, in 1/2^24.
+    pub ratio: [u32; 2],
+    /// Words in a row of rates.
+    pub sri_pitch: u32,
+    /// Words in a row of √luma.
+    pub luma_pitch: u32,
+    /// Steps of the table of speeds for one unit of a motion vector.
+    pub speed_scale: [f32; 2],
+    /// 1/256 pixels for one unit of a motion vector, from now to before.
+    pub offset_scale: [f32; 2],
+    /// Factors on t: half rate after a previous 1, 2, 4; then room.
+    pub half: [u32; 4],
+    /// Factors on t: quarter rate after a previous 1, 2, 4; then room.
+    pub quarter: [u32; 4],
+    /// t, a factor.
+    pub threshold: u32,
+    /// l, in units of luma.
+    pub ambient: u32,
+    /// C of the pairwise form, in units of luma.
+    pub sensitivity: u32,
+    /// White as a power of two.
+    pub white_log2: i32,
+    /// Tolerance everywhere, a factor.
+    pub tolerance: u32,
+    /// The safe area's width.
+    pub safe_width: u32,
+    /// Its tolerance, a factor.
+    pub safe_tolerance: u32,
+    /// The largest rate's code.
+    pub largest: u32,
+    /// Tolerance of the smoothest metal at rest, a factor.
+    pub material_least: u32,
+    /// The speed from which on materials do not matter.
+    pub material_slow: u32,
+    /// smoothness · Rf0, in 1/65025, from which on the rate is full.
+    pub material_mirror: u32,
+    /// Tolerance of the second look, a factor.
+    pub half_tolerance: u32,
+    /// The speed from which on there is no second look.
+    pub half_fast: u32,
+    /// Whether there is history.
+    pub has_history: u32,
+    /// Where one looks, in pixels.
+    pub centre: [i32; 2],
+    /// Entries of the falloff for a squared distance, in 1/2^32.
+    pub falloff_scale: u32,
+    /// The least difference of inverse depth that means disocclusion, in 1/65536 of the smaller.
+    pub depth_tolerance: u32,
+    /// Near over far, in 1/2^30.
+    pub depth_offset: u32,
+    /// Whether depth 1 is near.
+    pub reversed_z: u32,
+}
+
+/// Where things are in the table buffer, in words.
+pub const TABLE_SPEEDS: usize = 256;
+/// The falloff's start.
+pub const TABLE_FALLOFF: usize = TABLE_SPEEDS + motion::SPEEDS as usize;
+/// The falloff's entries: over the squared distance, up to 4 times half the height.
+pub const FALLOFF: usize = 256;
+
+/// Inverse depth from depth, in 1/2^30: 1 at the near plane; `None` for what is no depth.
+pub fn inverse_depth(depth: f32, params: &Params) -> Option<u32> {
+    let bits = depth.to_bits();
+    if bits != 0x8000_0000 && bits > 0x3f80_0000 {
+        return None;
+    }
+    let toward_near = match params.reversed_z != 0 {
+        true => (depth * 1_073_741_824.0) as u32,
+        false => (1 << 30) - (depth * 1_073_741_824.0) as u32,
+    };
+    Some(toward_near + params.depth_offset - fixed::mul_high(toward_near << 2, params.depth_offset))
+}
+
+/// Whether two inverse depths are of different surfaces.
+pub fn is_hidden(now: u32, before: u32, params: &Params) -> bool {
+    now.abs_diff(before) > fixed::mul_high(now.min(before), params.depth_tolerance << 16)
+}
+
+impl Params {
+    /// The parameters of a frame.
+    pub fn new(settings: &Settings, inputs: &Inputs) -> Params {
+        let [width, height] = inputs.size;
+        let content = &settings.content;
+        let factors = |log2: u8| -> [u32; 4] {
+            std::array::from_fn(|had| match (settings.stability, had) {
+                (Stability::None, _) | (_, 3) => fixed::FACTOR_ONE,
+                (Stability::Compensate, had) => {
+                    fixed::factor(hysteresis::gain(content.norm, had as u8))
+                }
+                (Stability::Hysteresis, had) => {
+                    let epsilon = hysteresis::epsilon(content.norm, log2);
+                    match had as u8 >= log2 {
+                        true => fixed::factor(1.0 + epsilon),
+                        false => fixed::factor(1.0 - epsilon),
+                    }
+                }
+            })
+        };
+        let motion = settings.motion.unwrap_or_default();
+        let steps = |axis: usize| match motion.blur {
+            Blur::Ladder(_) => 8192.0 / f64::from(inputs.size[axis]),
+            _ => 16.0,
+        };
+        let speed = |pixels: f64| (pixels * 16.0).clamp(0.0, 65535.0) as u32;
+        let materials = settings.materials.unwrap_or_default();
+        let half_rate = settings.half_rate.unwrap_or_default();
+        let safe = settings.safe_area.unwrap_or_default();
+        let reprojection = settings.reprojection.unwrap_or_default();
+        let foveation = settings.foveation.clone().unwrap_or_default();
+        let reach = f64::from(height) * 2.0;
+        Params {
+            size: inputs.size,
+            previous: inputs.previous_size,
+            ratio: std::array::from_fn(|axis| {
+                let ratio = f64::from(inputs.previous_size[axis]) / f64::from(inputs.size[axis]);
+                (ratio * 16_777_216.0).round().min(4_294_967_295.0) as u32
+            }),
+            sri_pitch: SriLayout::new(width, height).pitch / 4,
+            luma_pitch: luma_pitch(inputs.previous_size[0]) / 4,
+            speed_scale: std::array::from_fn(|axis| {
+                (motion.scale[axis] * motion.weight * steps(axis)).abs() as f32
+            }),
+            offset_scale: std::array::from_fn(|axis| {
+                let ratio = f64::from(inputs.previous_size[axis]) / f64::from(inputs.size[axis]);
+                (motion.scale[axis] * ratio * -256.0) as f32
+            }),
+            half: factors(1),
+            quarter: factors(2),
+            threshold: fixed::factor(content.threshold),
+            ambient: units(content.ambient),
+            sensitivity: match content.form {
+                Form::Window => 0,
+                Form::Pairwise { sensitivity } => units(sensitivity),
+            },
+            white_log2: content.white_log2,
+            tolerance: fixed::factor(curve(&settings.overshoot, inputs.resolution_scale)),
+            safe_width: safe.width,
+            safe_tolerance: fixed::factor(safe.tolerance),
+            largest: u32::from(settings.largest.code()),
+            material_least: fixed::factor(materials.least).min(fixed::FACTOR_ONE),
+            material_slow: speed(materials.slow),
+            material_mirror: (materials.mirror * 65_025.0).clamp(0.0, 65_536.0) as u32,
+            half_tolerance: fixed::factor(half_rate.tolerance).min(fixed::FACTOR_ONE),
+            half_fast: speed(half_rate.fast),
+            has_history: u32::from(inputs.has_history),
+            centre: [
+                (foveation.centre[0] * f64::from(width)) as i32,
+                (foveation.centre[1] * f64::from(height)) as i32,
+            ],
+            falloff_scale: (FALLOFF as f64 / (reach * reach) * 4_294_967_296.0).min(4_294_967_295.0)
+                as u32,
+            depth_tolerance: (reprojection.tolerance * 65_536.0).clamp(0.0, 65_535.0) as u32,
+            depth_offset: (reprojection.near_over_far.clamp(0.0, 1.0) * 1_073_741_824.0) as u32,
+            reversed_z: u32::from(reprojection.reversed_z),
+        }
+    }
+
+    /// The largest rate.
+    pub fn largest_rate(&self) -> Rate {
+        Rate::from_code_or_full(self.largest as u8)
+    }
+}
+
+fn units(value: f64) -> u32 {
+    match value > 0.0 {
+        true => (value * f64::from(fixed::ONE))
+            .round()
+            .min(f64::from(fixed::ONE)) as u32,
+        false => 0,
+    }
+}
+
+/// Bytes from row to row of a √luma buffer: four pixels to a word, padded to 256.
+pub fn luma_pitch(width: u32) -> u32 {
+    width.max(1).next_multiple_of(crate::sri::ROW_ALIGNMENT)
+}
+
+/// The table buffer: linear light of 8-bit codes, b_H and b_Q over speed, tolerance over squared distance.
+pub fn tables(settings: &Settings, is_sqrt_luma: bool, resolution_scale: f64) -> Vec<u32> {
+    let content = &settings.content;
+    let linear = |code: u32| {
+        let encoded = f64::from(code) / 255.0;
+        let value = match content.transfer {
+            Transfer::Srgb => luma::from_srgb(encoded),
+            Transfer::Square => encoded * encoded,
+        };
+        (value * f64::from(fixed::ONE)).round() as u32
+    };
+    let codes = (0..256).map(|code| match is_sqrt_luma {
+        true => fixed::sqrt_luma(code as u8),
+        false => linear(code),
+    });
+    let falloff = (0..FALLOFF).map(|index| {
+        let distance = (index as f64 / FALLOFF as f64).sqrt() * 4.0;
+        let foveation = settings.foveation.as_ref();
+        fixed::factor(foveation.map_or(1.0, |f| f.tolerance(distance, resolution_scale)))
+    });
+    codes
+        .chain(motion::table(
+            settings.motion.map(|motion| motion.blur),
+            content.threshold,
+            content.k,
+        ))
+        .chain(falloff)
+        .collect()
+}

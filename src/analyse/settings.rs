@@ -1,0 +1,375 @@
+//! What the analysis is told: one struct for each effect, with its source, units and ranges. `None` means that the effect
+//! is not there at all: not compiled, not bound, not dispatched.
+
+use crate::Rate;
+
+/// How many differences become one error (§3.1).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Norm {
+    /// Root mean square: Eq. 2.
+    #[default]
+    L2,
+    /// Mean: what the GDC talk ships. On ramps its feedback gain is 1.
+    L1,
+    /// Maximum. Its feedback gain on ramps is 2 and 4.
+    LInf,
+}
+
+/// Which pairs of neighbours are looked at.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Pairs {
+    /// All: twelve on each axis of a quad's window. A shift by one pixel changes little (§3.1).
+    #[default]
+    All,
+    /// GDC, pass 1: pairs across start where x + y is even, pairs down where it is odd. Six on each axis.
+    Interleaved,
+    /// Pairs that start at even x and even y: two on each axis.
+    SubSampled,
+}
+
+/// What the difference of two pixels is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Difference {
+    /// That of their luma: the paper's choice (§5.1). Edges of equal luma vanish.
+    #[default]
+    Luma,
+    /// That of the channel that differs most.
+    LargestChannel,
+    /// The channels' differences, each without its sign, weighted as luma is (Eq. 25). Never below that of luma.
+    Rgb,
+}
+
+/// What 8-bit codes mean.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Transfer {
+    /// sRGB, exactly (IEC 61966-2-1).
+    #[default]
+    Srgb,
+    /// The square: the GDC talk's approximation. Off by −48 % at 0.04, +17 % at 0.5.
+    Square,
+}
+
+/// How brightness enters.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Form {
+    /// The threshold is t · (mean luma + l): Eq. 15.
+    #[default]
+    Window,
+    /// Each pair is divided by its own brightness, |A − B| / (min(A, B) + BS), and the threshold is t: GDC, pass 1. BS is
+    /// `sensitivity · (1 − saturate(50 L − 2.5))`, L the least luma of the window.
+    Pairwise {
+        /// C of the slide, in units of white; 0 to 1.
+        sensitivity: f64,
+    },
+}
+
+/// Content-adaptive shading (§3; GDC pass 1).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Content {
+    /// How differences are averaged.
+    pub norm: Norm,
+    /// Which differences.
+    pub pairs: Pairs,
+    /// Of what.
+    pub difference: Difference,
+    /// What 8-bit colour codes mean; linear pictures and √luma have no use for it.
+    pub transfer: Transfer,
+    /// How brightness enters.
+    pub form: Form,
+    /// t of Eq. 15, 0 to 15. The paper uses 0.15 at 76 pixels per degree; less for fewer.
+    pub threshold: f64,
+    /// l of Eq. 15, in units of white, 0 to 1. The paper uses 0.05.
+    pub ambient: f64,
+    /// k of Eq. 14, 1 to 15.
+    pub k: f64,
+    /// White of linear pictures as a power of two: what is brighter is in doubt, and so at full rate.
+    pub white_log2: i32,
+}
+
+impl Default for Content {
+    fn default() -> Content {
+        Content {
+            norm: Norm::L2,
+            pairs: Pairs::All,
+            difference: Difference::Luma,
+            transfer: Transfer::Srgb,
+            form: Form::Window,
+            threshold: 0.15,
+            ambient: 0.05,
+            k: 2.13,
+            white_log2: 0,
+        }
+    }
+}
+
+/// What motion does to the error.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Blur {
+    /// It is scaled by b_H and b_Q (Eq. 20 to 22).
+    Scaled,
+    /// It is not looked at: b_H(v) < t / e alone decides (Eq. 23 and 24).
+    Standalone {
+        /// e of Eq. 24: the largest relative error that the scene's materials make.
+        error: f64,
+    },
+    /// It is not looked at: speed alone decides, by [`Ladder`] (Wicked Engine).
+    Ladder(Ladder),
+}
+
+/// Speeds from which on a rate is used, the larger axis deciding for both as in Wicked Engine, in pictures a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ladder {
+    /// From this on 2x1.
+    pub r2x1: f64,
+    /// From this on 2x2.
+    pub r2x2: f64,
+    /// From this on 4x2.
+    pub r4x2: f64,
+    /// From this on 4x4.
+    pub r4x4: f64,
+}
+
+impl Default for Ladder {
+    /// Those of Wicked Engine: 0.001, 0.005, 0.01 and 0.1.
+    fn default() -> Ladder {
+        Ladder {
+            r2x1: 0.001,
+            r2x2: 0.005,
+            r4x2: 0.01,
+            r4x4: 0.1,
+        }
+    }
+}
+
+/// Motion-adaptive shading (§4). The speed is the least of the window, for each axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion {
+    /// What it does.
+    pub blur: Blur,
+    /// The share of the speed that counts, 0 to 4: 1 for the paper, 0.5 for NVIDIA's sample.
+    pub weight: f64,
+    /// Pixels a frame for one unit of the motion vectors, on each axis. `[width, height]` for vectors in pictures,
+    /// negative where they point from now to before.
+    pub scale: [f64; 2],
+}
+
+impl Default for Motion {
+    fn default() -> Motion {
+        Motion {
+            blur: Blur::Scaled,
+            weight: 1.0,
+            scale: [1.0, 1.0],
+        }
+    }
+}
+
+/// The previous picture is fetched along motion (§5.1). Motion vectors, times their scale, point from where a surface was
+/// to where it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reprojection {
+    /// Where depth is had, a surface whose inverse depth differs from what was there by more than this share was hidden,
+    /// and is shaded at full rate. Relative, so that the scene's scale does not matter.
+    pub tolerance: f64,
+    /// Whether depth 1 is near.
+    pub reversed_z: bool,
+    /// The near plane's distance divided by the far plane's; 0 for none.
+    pub near_over_far: f64,
+}
+
+impl Default for Reprojection {
+    fn default() -> Reprojection {
+        Reprojection {
+            tolerance: 0.1,
+            reversed_z: true,
+            near_over_far: 0.0,
+        }
+    }
+}
+
+/// Smooth metals are more sensitive in slow motion, and mirrors always (GDC, pass 2, problems 1 and 2).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Materials {
+    /// The tolerance at smoothness · Rf0 = 1 and no motion, as a share; 0 to 1.
+    pub least: f64,
+    /// Where motion is this fast, in pixels a frame, materials no longer matter.
+    pub slow: f64,
+    /// From this smoothness · Rf0 on, always full rate; above 1 for never.
+    pub mirror: f64,
+}
+
+impl Default for Materials {
+    fn default() -> Materials {
+        Materials {
+            least: 0.5,
+            slow: 4.0,
+            mirror: 0.8,
+        }
+    }
+}
+
+/// What keeps the loop from rates to picture to rates from swinging (§5.4).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Stability {
+    /// Nothing.
+    #[default]
+    None,
+    /// t is t (1 + ε) for a rate that the previous frame had, t (1 − ε) for a coarser one, ε from the norm:
+    /// [`epsilon`](super::hysteresis::epsilon).
+    Hysteresis,
+    /// The error is divided by what the previous frame's rate made of it on a ramp:
+    /// [`gain`](super::hysteresis::gain).
+    Compensate,
+}
+
+/// The extra half rate (DOOM: The Dark Ages, "Noise is from Hell!"): what is coarse on both axes is judged again, with
+/// less tolerance, and may become coarse on one axis only; never 1x1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HalfRate {
+    /// The tolerance of the second look, as a share; 0 to 1. With a noise mask, this is where the mask is 1, and less
+    /// of it the less the mask.
+    pub tolerance: f64,
+    /// In this much motion of the slowest pixel, in pixels a frame on both axes, it is left out; infinity for never.
+    pub fast: f64,
+}
+
+impl Default for HalfRate {
+    fn default() -> HalfRate {
+        HalfRate {
+            tolerance: 0.5,
+            fast: f64::INFINITY,
+        }
+    }
+}
+
+/// Less tolerance in the middle than outside, tied to the dynamic resolution (DOOM: "Foveated Shading Rate linked to DRS").
+#[derive(Clone, Debug, PartialEq)]
+pub struct Foveation {
+    /// Where one looks, 0 to 1 on each axis.
+    pub centre: [f64; 2],
+    /// Tolerance over the distance from there, in units of half the picture's height: pairs of distance and factor, in
+    /// order, linear between, constant outside. At full effect.
+    pub falloff: Vec<[f64; 2]>,
+    /// The share of the effect over the scale of the dynamic resolution, 0 to 1: pairs as before.
+    pub strength: Vec<[f64; 2]>,
+}
+
+impl Default for Foveation {
+    /// As in DOOM: nothing above 75 % of the resolution, all of it at half.
+    fn default() -> Foveation {
+        Foveation {
+            centre: [0.5, 0.5],
+            falloff: vec![[0.5, 1.0], [1.75, 2.5]],
+            strength: vec![[0.5, 1.0], [0.75, 0.0]],
+        }
+    }
+}
+
+impl Foveation {
+    /// The factor at a distance from the centre, in units of half the picture's height.
+    pub fn tolerance(&self, distance: f64, resolution_scale: f64) -> f64 {
+        let strength = match self.strength.is_empty() {
+            true => 1.0,
+            false => curve(&self.strength, resolution_scale).clamp(0.0, 1.0),
+        };
+        1.0 + (curve(&self.falloff, distance) - 1.0) * strength
+    }
+}
+
+/// More tolerance at the picture's border (DOOM: "Increased Shading Rate tolerance in 'Safe Area'"). Not forced to 2x2.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SafeArea {
+    /// The border's width in pixels.
+    pub width: u32,
+    /// The tolerance there, as a factor of 1 or more.
+    pub tolerance: f64,
+}
+
+impl Default for SafeArea {
+    fn default() -> SafeArea {
+        SafeArea {
+            width: 16,
+            tolerance: 1.25,
+        }
+    }
+}
+
+/// Limits between neighbours (§5.4; GDC pass 3).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Smoothing {
+    /// None.
+    #[default]
+    None,
+    /// On each axis, 4 next to 1 becomes 2.
+    Limit,
+    /// On each axis, the mean of the 3×3 quads, no quad counted as coarser than the middle one, rounded to fine: only fine
+    /// spreads into coarse.
+    Conservative,
+}
+
+/// All of it. The default is the paper's content-adaptive shading alone.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Content.
+    pub content: Content,
+    /// Motion.
+    pub motion: Option<Motion>,
+    /// Reprojection; needs motion vectors.
+    pub reprojection: Option<Reprojection>,
+    /// Materials.
+    pub materials: Option<Materials>,
+    /// Hysteresis; needs the previous frame's rates.
+    pub stability: Stability,
+    /// The extra half rate.
+    pub half_rate: Option<HalfRate>,
+    /// Whether there are two pictures, before and after transparents. A solid takes the coarser of both rates; the
+    /// attachment takes that of the second.
+    pub transparents: bool,
+    /// Foveation.
+    pub foveation: Option<Foveation>,
+    /// Quality overshoot: tolerance over the scale of the dynamic resolution, pairs as in [`Foveation::falloff`]; empty
+    /// for none. DOOM raises quality above 85 %.
+    pub overshoot: Vec<[f64; 2]>,
+    /// The safe area.
+    pub safe_area: Option<SafeArea>,
+    /// Limits between neighbours.
+    pub smoothing: Smoothing,
+    /// The coarsest rate. 4x4 is replaced by 2x4 or 4x2 unless this is 4x4.
+    pub largest: Rate,
+}
+
+impl Default for Settings {
+    fn default() -> Settings {
+        Settings {
+            content: Content::default(),
+            motion: None,
+            reprojection: None,
+            materials: None,
+            stability: Stability::None,
+            half_rate: None,
+            transparents: false,
+            foveation: None,
+            overshoot: Vec::new(),
+            safe_area: None,
+            smoothing: Smoothing::None,
+            largest: Rate::R2X2,
+        }
+    }
+}
+
+/// A curve of pairs at a place: linear between, constant outside; 1 for a curve without points.
+pub fn curve(points: &[[f64; 2]], x: f64) -> f64 {
+    let (Some(first), Some(last)) = (points.first(), points.last()) else {
+        return 1.0;
+    };
+    // what is no number is at the first point
+    if !(x > first[0]) {
+        return first[1];
+    }
+    points
+        .windows(2)
+        .find(|pair| x <= pair[1][0])
+        .map_or(last[1], |pair| {
+            let [[x0, y0], [x1, y1]] = [pair[0], pair[1]];
+            y0 + (y1 - y0) * (x - x0) / (x1 - x0)
+        })
+}
