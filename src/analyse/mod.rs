@@ -35,6 +35,9 @@ pub mod reasons;
 pub mod settings;
 pub mod smoothing;
 
+#[cfg(test)]
+mod tests;
+
 pub use inputs::{Colour, Inputs, Output, WrongInput};
 pub use reasons::Reason;
 pub use settings::Settings;

@@ -77,19 +77,18 @@ pub fn source(
     params: &Params,
 ) -> Result<u32, NoSource> {
     let at = (y * inputs.size[0] + x) as usize;
-    let mut position = [x, y].map(|p| p * 256 + 128);
-    for axis in 0..2 {
-        position[axis] = fixed::mul_high(position[axis] << 8, params.ratio[axis]);
-    }
-    let mut position = position.map(|p| p as i32);
-    if let (Some(reprojection), Some(motion)) = (settings.reprojection, inputs.motion) {
-        for axis in 0..2 {
+    let mut position: [i32; 2] = std::array::from_fn(|axis| {
+        let centre = [x, y][axis] * 256 + 128;
+        fixed::mul_high(centre << 8, params.ratio[axis]) as i32
+    });
+    if let (Some(_), Some(motion)) = (settings.reprojection, inputs.motion) {
+        for (axis, position) in position.iter_mut().enumerate() {
             let offset = motion[at][axis] * params.offset_scale[axis];
             // a magnitude below 2^23 surely is a number that fits
             if offset.to_bits() & 0x7fff_ffff >= 0x4b00_0000 {
                 return Err(Reason::OffScreen);
             }
-            position[axis] += (offset + 0.5).floor() as i32;
+            *position += (offset + 0.5).floor() as i32;
         }
         let inside = (0..2).all(|axis| {
             position[axis] >= 0 && (position[axis] >> 8) < params.previous[axis] as i32
@@ -100,7 +99,6 @@ pub fn source(
         let from =
             ((position[1] >> 8) as u32 * params.previous[0] + (position[0] >> 8) as u32) as usize;
         if let (Some(depth), Some(before)) = (inputs.depth, inputs.previous_depth) {
-            let _ = reprojection;
             let now = params::inverse_depth(depth[at], params);
             let then = params::inverse_depth(before[from], params);
             match (now, then) {

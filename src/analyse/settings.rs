@@ -362,7 +362,7 @@ pub fn curve(points: &[[f64; 2]], x: f64) -> f64 {
         return 1.0;
     };
     // what is no number is at the first point
-    if !(x > first[0]) {
+    if x.is_nan() || x <= first[0] {
         return first[1];
     }
     points

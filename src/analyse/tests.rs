@@ -1,0 +1,648 @@
+//! The twins against each other, and the hazards of any doubt. All on the CPU.
+
+use super::{Colour, Inputs, Reason, Settings, exact, inputs::flags, integer, settings::*};
+use crate::{Rate, sri::Sri};
+use fastrand::Rng;
+
+/// How near to the threshold the twins may differ: quantisation to 1/16384 of white, and rounding to the fine side. Dark
+/// pictures have the largest: half a unit of a difference of some tens.
+const BAND: f64 = 0.05;
+
+fn rng() -> Rng {
+    let seed = std::env::var("VRCS_SEED")
+        .ok()
+        .and_then(|s| s.parse().ok())
+        .unwrap_or_else(|| fastrand::u64(..1_000_000_007));
+    println!("VRCS_SEED={seed}");
+    Rng::with_seed(seed)
+}
+
+/// A picture like nature: sums of waves whose amplitude falls as 1/f.
+fn natural(size: [u32; 2], contrast: f64, rng: &mut Rng) -> Vec<[u8; 4]> {
+    let waves: Vec<[f64; 5]> = (0..48)
+        .map(|_| {
+            let f = 0.01 * 60f64.powf(rng.f64());
+            let angle = rng.f64() * std::f64::consts::TAU;
+            [
+                f * angle.cos(),
+                f * angle.sin(),
+                rng.f64() * 6.3,
+                0.01 / f,
+                rng.f64(),
+            ]
+        })
+        .collect();
+    (0..size[0] * size[1])
+        .map(|i| {
+            let (x, y) = (f64::from(i % size[0]), f64::from(i / size[0]));
+            let mut v = [0.45; 3];
+            for [fx, fy, phase, amplitude, tint] in &waves {
+                let wave = (std::f64::consts::TAU * (fx * x + fy * y) + phase).sin()
+                    * amplitude
+                    * contrast;
+                for (c, v) in v.iter_mut().enumerate() {
+                    *v += wave * (0.6 + 0.4 * if c == 0 { *tint } else { 1.0 - tint });
+                }
+            }
+            let [r, g, b] = v.map(|v| (v * 255.0).clamp(0.0, 255.0) as u8);
+            [r, g, b, 255]
+        })
+        .collect()
+}
+
+fn adversarial(size: [u32; 2], case: u32) -> Vec<[u8; 4]> {
+    (0..size[0] * size[1])
+        .map(|i| {
+            let (x, y) = (i % size[0], i / size[0]);
+            let v = match case % 6 {
+                0 => ((x + y) % 2 * 255) as u8,
+                1 => (x * 3 % 256) as u8,
+                2 => {
+                    if (x / 7 + y / 5) % 2 == 0 {
+                        20
+                    } else {
+                        24
+                    }
+                }
+                3 => u8::from(x == y) * 255,
+                4 => 0,
+                _ => (x * 11 + y * 7) as u8 % 12,
+            };
+            [v, v.wrapping_mul(if case >= 6 { 3 } else { 1 }), v, 255]
+        })
+        .collect()
+}
+
+fn random(size: [u32; 2], span: u8, rng: &mut Rng) -> Vec<[u8; 4]> {
+    let low = rng.u8(..=255 - span);
+    (0..size[0] * size[1])
+        .map(|_| std::array::from_fn(|_| low + rng.u8(..=span)))
+        .collect()
+}
+
+fn contents() -> Vec<Content> {
+    let mut all = Vec::new();
+    for norm in [Norm::L2, Norm::L1, Norm::LInf] {
+        for pairs in [Pairs::All, Pairs::Interleaved, Pairs::SubSampled] {
+            for difference in [
+                Difference::Luma,
+                Difference::LargestChannel,
+                Difference::Rgb,
+            ] {
+                for form in [Form::Window, Form::Pairwise { sensitivity: 0.07 }] {
+                    all.push(Content {
+                        norm,
+                        pairs,
+                        difference,
+                        form,
+                        ..Content::default()
+                    });
+                }
+            }
+        }
+    }
+    all
+}
+
+/// Quads where the twins differ: how many in the band; outside it is a failure.
+fn compare(inputs: &Inputs, settings: &Settings) -> (usize, usize) {
+    let exact = exact::analyse(inputs, settings).expect("inputs that fit");
+    let integer = integer::analyse(inputs, settings).expect("inputs that fit");
+    let layout = exact.output.sri.layout();
+    let mut apart = 0;
+    for y in 0..layout.height {
+        for x in 0..layout.width {
+            let codes = [exact.output.sri.code(x, y), integer.sri.code(x, y)];
+            // a rate of 4 hangs on its block
+            let nearest = (0..4)
+                .filter_map(|i| {
+                    let (bx, by) = ((x & !1) + i % 2, (y & !1) + i / 2);
+                    (bx < layout.width && by < layout.height)
+                        .then(|| exact.margins[(by * layout.width + bx) as usize])
+                })
+                .fold(f64::INFINITY, f64::min);
+            if codes[0] != codes[1] {
+                assert!(
+                    nearest < BAND,
+                    "quad {x},{y}: {codes:?}, {nearest} from its threshold\n{settings:?}"
+                );
+                apart += 1;
+            }
+        }
+    }
+    (apart, (layout.width * layout.height) as usize)
+}
+
+#[test]
+fn the_integer_twin_equals_the_oracle_but_near_a_threshold() {
+    let mut rng = rng();
+    let size = [46, 30];
+    let (mut apart, mut total) = (0, 0);
+    for content in contents() {
+        let pictures = [
+            natural(size, rng.f64(), &mut rng),
+            random(size, 40, &mut rng),
+            adversarial(size, rng.u32(..12)),
+        ];
+        for picture in &pictures {
+            for largest in [Rate::R2X2, Rate::R4X2] {
+                // ties of the larger error may fall either way, so 4x2 alone
+                let settings = Settings {
+                    content,
+                    largest,
+                    ..Settings::default()
+                };
+                let found = compare(&Inputs::of_colour(size, Colour::Codes(picture)), &settings);
+                apart += found.0;
+                total += found.1;
+            }
+        }
+    }
+    println!("{apart} of {total} quads differ, all within {BAND} of their threshold");
+    assert!(apart * 50 < total, "{apart} of {total}");
+}
+
+#[test]
+fn paper_eq_16_has_three_branches() {
+    // a ramp of light whose half-step is E: x is 1, 2 or 4 wide by E against t (I + l)
+    let at = |step: f32| {
+        let picture: Vec<[f32; 4]> = (0..64u32)
+            .map(|i| [0.3 + step * (i % 8) as f32; 4])
+            .collect();
+        let settings = Settings {
+            largest: Rate::R4X2,
+            ..Settings::default()
+        };
+        let exact = exact::analyse(
+            &Inputs::of_colour([8, 8], Colour::Linear(&picture)),
+            &settings,
+        )
+        .expect("inputs");
+        exact.output.sri.code(1, 1)
+    };
+    assert_eq!(at(0.01), Rate::R4X2.code(), "k E < t (I + l)");
+    assert_eq!(at(0.08), Rate::R2X2.code());
+    assert_eq!(at(-0.04), Rate::R2X2.code());
+    let stripes: Vec<[f32; 4]> = (0..64u32).map(|i| [(i % 2) as f32; 4]).collect();
+    let found = exact::analyse(
+        &Inputs::of_colour([8, 8], Colour::Linear(&stripes)),
+        &Settings::default(),
+    )
+    .expect("inputs");
+    assert_eq!(
+        found.output.sri,
+        Sri::uniform(8, 8, Rate::R1X2),
+        "E >= t (I + l)"
+    );
+}
+
+#[test]
+fn e1_e2_e3_any_doubt_is_full_rate_around_it_and_nowhere_else() {
+    for bad in [
+        f32::NAN,
+        f32::INFINITY,
+        f32::NEG_INFINITY,
+        -0.5,
+        65504.0,
+        1e30,
+    ] {
+        for at in [[0, 0], [15, 15], [7, 8], [31, 2]] {
+            let mut picture = vec![[0.5f32; 4]; 32 * 16];
+            picture[at[1] * 32 + at[0]][1] = bad;
+            for found in twins(
+                &Inputs::of_colour([32, 16], Colour::Linear(&picture)),
+                &Settings::default(),
+            ) {
+                for q in 0..16 * 8 {
+                    let (x, y) = (q % 16, q / 16);
+                    let near = (x as i64 * 2 - 1..=x as i64 * 2 + 2).contains(&(at[0] as i64))
+                        && (y as i64 * 2 - 1..=y as i64 * 2 + 2).contains(&(at[1] as i64));
+                    let wanted = if near { Rate::R1X1 } else { Rate::R2X2 };
+                    assert_eq!(
+                        found.sri.code(x, y),
+                        wanted.code(),
+                        "{bad} at {at:?}, quad {x},{y}"
+                    );
+                    let why = if near { Reason::Invalid } else { Reason::None };
+                    assert_eq!(found.reasons[(y * 256 + x) as usize], why as u8);
+                }
+            }
+        }
+    }
+}
+
+fn twins(inputs: &Inputs, settings: &Settings) -> [super::Output; 2] {
+    [
+        integer::analyse(inputs, settings).expect("inputs that fit"),
+        exact::analyse(inputs, settings)
+            .expect("inputs that fit")
+            .output,
+    ]
+}
+
+#[test]
+fn e4_e5_black_is_coarse_with_ambient_light_and_full_without() {
+    let black = vec![[0u8, 0, 0, 255]; 64];
+    for (ambient, wanted) in [(0.05, Rate::R2X2), (0.0, Rate::R1X1)] {
+        let content = Content {
+            ambient,
+            ..Content::default()
+        };
+        for found in twins(
+            &Inputs::of_colour([8, 8], Colour::Codes(&black)),
+            &Settings {
+                content,
+                ..Settings::default()
+            },
+        ) {
+            assert_eq!(found.sri, Sri::uniform(8, 8, wanted));
+        }
+    }
+    // pairwise, C = 0: no difference is no error, and 0.5 beside 0 is full
+    let content = Content {
+        form: Form::Pairwise { sensitivity: 0.0 },
+        ..Content::default()
+    };
+    let settings = Settings {
+        content,
+        ..Settings::default()
+    };
+    for found in twins(&Inputs::of_colour([8, 8], Colour::Codes(&black)), &settings) {
+        assert_eq!(found.sri, Sri::uniform(8, 8, Rate::R2X2));
+    }
+    let edge: Vec<[u8; 4]> = (0..64)
+        .map(|i| if i % 8 < 4 { [188; 4] } else { [0; 4] })
+        .collect();
+    for found in twins(&Inputs::of_colour([8, 8], Colour::Codes(&edge)), &settings) {
+        assert_eq!(found.sri.code(1, 1), Rate::R1X2.code());
+    }
+}
+
+#[test]
+fn e8_a_constant_gradient_has_the_same_error_at_every_density() {
+    let picture: Vec<[f32; 4]> = (0..256u32)
+        .map(|i| [0.1 + 0.05 * (i % 16) as f32; 4])
+        .collect();
+    let rates = [Pairs::All, Pairs::Interleaved, Pairs::SubSampled].map(|pairs| {
+        let content = Content {
+            pairs,
+            ..Content::default()
+        };
+        let inputs = Inputs::of_colour([16, 16], Colour::Linear(&picture));
+        exact::analyse(
+            &inputs,
+            &Settings {
+                content,
+                ..Settings::default()
+            },
+        )
+        .expect("inputs")
+        .output
+        .sri
+    });
+    assert!(rates[0] == rates[1] && rates[1] == rates[2]);
+}
+
+#[test]
+fn e20_edges_of_equal_luma_are_seen_in_rgb_and_by_the_largest_channel() {
+    // red against a green of the same luma
+    let picture: Vec<[f32; 4]> = (0..256u32)
+        .map(|i| {
+            if i % 2 == 0 {
+                [0.587, 0.0, 0.0, 1.0]
+            } else {
+                [0.0, 0.299, 0.0, 1.0]
+            }
+        })
+        .collect();
+    for (difference, wanted) in [
+        (Difference::Luma, Rate::R2X2),
+        (Difference::LargestChannel, Rate::R1X2),
+        (Difference::Rgb, Rate::R1X2),
+    ] {
+        let content = Content {
+            difference,
+            ..Content::default()
+        };
+        for found in twins(
+            &Inputs::of_colour([16, 16], Colour::Linear(&picture)),
+            &Settings {
+                content,
+                ..Settings::default()
+            },
+        ) {
+            assert_eq!(found.sri, Sri::uniform(16, 16, wanted), "{difference:?}");
+        }
+    }
+}
+
+#[test]
+fn e22_odd_sizes_repeat_their_border() {
+    for size in [[1, 1], [2, 3], [7, 1], [17, 9], [3, 33]] {
+        let plain = vec![[120u8; 4]; (size[0] * size[1]) as usize];
+        for found in twins(
+            &Inputs::of_colour(size, Colour::Codes(&plain)),
+            &Settings::default(),
+        ) {
+            assert_eq!(
+                found.sri,
+                Sri::uniform(size[0], size[1], Rate::R2X2),
+                "{size:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn e26_transposing_the_picture_transposes_the_rates() {
+    let mut rng = rng();
+    for norm in [Norm::L1, Norm::L2, Norm::LInf] {
+        let picture = natural([32, 32], 0.7, &mut rng);
+        let turned: Vec<[u8; 4]> = (0..1024).map(|i| picture[i % 32 * 32 + i / 32]).collect();
+        let settings = Settings {
+            content: Content {
+                norm,
+                ..Content::default()
+            },
+            ..Settings::default()
+        };
+        let [a, b] = [&picture, &turned].map(|p| {
+            integer::analyse(&Inputs::of_colour([32, 32], Colour::Codes(p)), &settings)
+                .expect("inputs")
+                .sri
+        });
+        for q in 0..256 {
+            let (x, y) = (q % 16, q / 16);
+            let code = a.code(x, y);
+            assert_eq!(
+                b.code(y, x),
+                code >> 2 | (code & 3) << 2,
+                "{norm:?} quad {x},{y}"
+            );
+        }
+    }
+}
+
+#[test]
+fn e33_e34_e36_what_was_not_seen_is_full_rate() {
+    let size = [32, 16];
+    let picture = vec![[120u8; 4]; 512];
+    let depth = vec![0.25f32; 512];
+    let settings = Settings {
+        motion: Some(Motion::default()),
+        reprojection: Some(Reprojection::default()),
+        ..Settings::default()
+    };
+    let run = |vector: [f32; 2], before: f32, has_history: bool| {
+        let motion = vec![vector; 512];
+        let previous = vec![before; 512];
+        let inputs = Inputs {
+            has_history,
+            motion: Some(&motion),
+            depth: Some(&depth),
+            previous_depth: Some(&previous),
+            ..Inputs::of_colour(size, Colour::Codes(&picture))
+        };
+        let [a, b] = twins(&inputs, &settings);
+        assert_eq!(a.sri, b.sri);
+        a
+    };
+    assert_eq!(
+        run([0.0; 2], 0.25, true).sri,
+        Sri::uniform(32, 16, Rate::R2X2)
+    );
+    assert_eq!(
+        run([0.0; 2], 0.25, false).sri,
+        Sri::uniform(32, 16, Rate::R1X1),
+        "E36"
+    );
+    for hidden in [0.3, 0.2, f32::NAN, -1.0, 2.0] {
+        let found = run([0.0; 2], hidden, true);
+        assert_eq!(found.sri, Sri::uniform(32, 16, Rate::R1X1), "E34: {hidden}");
+        assert_eq!(found.reasons[0], Reason::Disoccluded as u8);
+    }
+    assert_eq!(
+        run([0.0; 2], 0.26, true).sri,
+        Sri::uniform(32, 16, Rate::R2X2)
+    );
+    for far in [1e30, f32::NAN, f32::INFINITY, -1e9] {
+        assert_eq!(
+            run([far, 0.0], 0.25, true).sri,
+            Sri::uniform(32, 16, Rate::R1X1),
+            "E33: {far}"
+        );
+    }
+    // what came from the left border has no past
+    let found = run([4.0, 0.0], 0.25, true);
+    assert_eq!(found.sri.code(0, 0), 0);
+    assert_eq!(found.reasons[0], Reason::OffScreen as u8);
+    assert_eq!(found.sri.code(3, 0), Rate::R2X2.code());
+}
+
+#[test]
+fn e38_the_extra_half_rate_is_never_full_and_never_coarser() {
+    for code in Rate::ALL
+        .into_iter()
+        .filter(|rate| Rate::R2X2.is_within(*rate))
+    {
+        for second in 0..9u8 {
+            for error in [[0.0, 1.0], [1.0, 0.0], [1.0, 1.0]] {
+                let rate = [code.code() >> 2, code.code() & 3];
+                let out = super::pipeline::half_rate(rate, [second / 3, second % 3], error);
+                let out = Rate::from_code(out[0] << 2 | out[1]).expect("a rate, so no 4x1");
+                assert!(
+                    out.is_within(code) && out != Rate::R1X1,
+                    "{code} {second} {out}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn the_extra_half_rate_leaves_the_attachment_alone_and_heeds_noise_and_materials() {
+    let picture: Vec<[f32; 4]> = (0..256u32)
+        .map(|i| [0.3 + 0.012 * (i % 16) as f32 + 0.009 * (i / 16) as f32; 4])
+        .collect();
+    let settings = Settings {
+        half_rate: Some(HalfRate {
+            tolerance: 0.02,
+            ..HalfRate::default()
+        }),
+        ..Settings::default()
+    };
+    let run = |noise: Option<&[u8]>, flags: Option<&[u8]>| {
+        let inputs = Inputs {
+            noise,
+            flags,
+            ..Inputs::of_colour([16, 16], Colour::Linear(&picture))
+        };
+        let [a, b] = twins(&inputs, &settings);
+        assert_eq!(a.attachment, Sri::uniform(16, 16, Rate::R2X2));
+        assert_eq!(a.sri, b.sri);
+        a.sri
+    };
+    let boosted = run(None, None);
+    assert!(
+        (0..64).all(|q| [1, 4].contains(&boosted.code(q % 8, q / 8))),
+        "{boosted:?}"
+    );
+    assert_eq!(run(Some(&[255; 256]), None), boosted);
+    assert_eq!(
+        run(Some(&[0; 256]), None),
+        Sri::uniform(16, 16, Rate::R2X2),
+        "no noise here"
+    );
+    assert_eq!(
+        run(None, Some(&[flags::NO_HALF_RATE; 256])),
+        Sri::uniform(16, 16, Rate::R2X2),
+        "foliage"
+    );
+    assert_eq!(run(None, Some(&[flags::FULL; 256])).code(3, 3), 0, "masked");
+}
+
+#[test]
+fn e39_transparents_make_solids_coarser_and_never_finer() {
+    let mut rng = rng();
+    let size = [32, 32];
+    let (before, after) = (natural(size, 0.8, &mut rng), natural(size, 0.5, &mut rng));
+    let alone = |picture: &[[u8; 4]]| {
+        integer::analyse(
+            &Inputs::of_colour(size, Colour::Codes(picture)),
+            &Settings::default(),
+        )
+        .expect("inputs")
+        .sri
+    };
+    let inputs = Inputs {
+        after: Some(Colour::Codes(&after)),
+        ..Inputs::of_colour(size, Colour::Codes(&before))
+    };
+    let both = integer::analyse(
+        &inputs,
+        &Settings {
+            transparents: true,
+            ..Settings::default()
+        },
+    )
+    .expect("inputs");
+    let (solid, seen) = (alone(&before), alone(&after));
+    assert_eq!(both.attachment, seen);
+    for q in 0..256 {
+        let rate = |sri: &Sri| Rate::from_code_or_full(sri.code(q % 16, q / 16));
+        assert_eq!(rate(&both.sri), rate(&solid).join(rate(&seen)));
+    }
+}
+
+#[test]
+fn motion_makes_coarse_and_a_single_still_pixel_keeps_fine() {
+    // E32: the least speed of a window counts
+    let size = [32, 32];
+    let picture = random(size, 90, &mut rng());
+    let still = vec![[0.0f32; 2]; 1024];
+    let mut fast = vec![[6.0f32, 0.0]; 1024];
+    let settings = Settings {
+        motion: Some(Motion::default()),
+        ..Settings::default()
+    };
+    let run = |motion: &[[f32; 2]]| {
+        let inputs = Inputs {
+            motion: Some(motion),
+            ..Inputs::of_colour(size, Colour::Codes(&picture))
+        };
+        compare(&inputs, &settings);
+        integer::analyse(&inputs, &settings).expect("inputs").sri
+    };
+    let plain = integer::analyse(
+        &Inputs::of_colour(size, Colour::Codes(&picture)),
+        &Settings::default(),
+    )
+    .expect("inputs")
+    .sri;
+    assert_eq!(run(&still), plain, "neutral");
+    let moving = run(&fast);
+    let coarser = |sri: &Sri| {
+        (0..256)
+            .filter(|q| sri.code(q % 16, q / 16) >> 2 > 0)
+            .count()
+    };
+    assert!(coarser(&moving) > coarser(&plain));
+    for vector in fast.iter_mut().step_by(2) {
+        *vector = [f32::NAN, 0.0];
+    }
+    assert_eq!(run(&fast), plain, "what is no speed is none");
+}
+
+#[test]
+fn e15_e16_hysteresis_settles_where_the_bare_loop_swings() {
+    // a ramp near its threshold, shaded at the rates that it gets, by copies of each group's first pixel
+    for norm in [Norm::L1, Norm::L2, Norm::LInf] {
+        let mut flips = [0, 0, 0];
+        for step in 0..24 {
+            let slope = 0.5 + f64::from(step) / 16.0;
+            for (index, stability) in [
+                Stability::None,
+                Stability::Hysteresis,
+                Stability::Compensate,
+            ]
+            .into_iter()
+            .enumerate()
+            {
+                flips[index] += closed_loop(norm, stability, slope);
+            }
+        }
+        println!(
+            "{norm:?}: flips in frames 32 to 64 without, with hysteresis, compensated: {flips:?}"
+        );
+        assert_eq!(flips[1], 0, "{norm:?}: {flips:?}");
+        if norm == Norm::LInf {
+            assert!(
+                flips[0] > 0,
+                "{norm:?}: the bare loop should swing: {flips:?}"
+            );
+        }
+    }
+}
+
+/// Flips of the last 32 of 64 frames of a horizontal ramp at E / τ = `slope` in the middle.
+fn closed_loop(norm: Norm, stability: Stability, slope: f64) -> usize {
+    let size = [32u32, 4];
+    let step = 2.0 * 0.15 * (0.5 + 0.05) * slope / 8.0;
+    let truth: Vec<f32> = (0..128u32)
+        .map(|i| (0.5 + step * (f64::from(i % 32) - 16.0) / 4.0) as f32)
+        .collect();
+    let content = Content {
+        norm,
+        threshold: 0.15 / 32.0,
+        ..Content::default()
+    };
+    let settings = Settings {
+        content,
+        stability,
+        ..Settings::default()
+    };
+    let mut rates = Sri::uniform(32, 4, Rate::R1X1);
+    let mut flips = 0;
+    for frame in 0..64 {
+        let shaded: Vec<[f32; 4]> = (0..128u32)
+            .map(|i| {
+                let (x, y) = (i % 32, i / 32);
+                let rate = rates.rate(x / 2, y / 2, Rate::R2X2);
+                let from = (y & !(rate.height() - 1)) * 32 + (x & !(rate.width() - 1));
+                [truth[from as usize]; 4]
+            })
+            .collect();
+        let inputs = Inputs {
+            previous_rates: Some(&rates),
+            ..Inputs::of_colour(size, Colour::Linear(&shaded))
+        };
+        let next = integer::analyse(&inputs, &settings).expect("inputs").sri;
+        if frame >= 32 {
+            flips += (0..32)
+                .filter(|q| next.code(q % 16, q / 16) != rates.code(q % 16, q / 16))
+                .count();
+        }
+        rates = next;
+    }
+    flips
+}
