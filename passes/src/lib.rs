@@ -32,6 +32,15 @@
 //! would have used; and nothing else. A shader for which this cannot be proved is [refused](Refusal), with the
 //! place in its source and the reason. It is never rewritten wrongly and never passed through in silence.
 //!
+//! # Three ways to use it
+//!
+//! - In a build script, [`build::Rewriter`] rewrites a folder and writes typed constants for what the shaders bind.
+//! - The program `vrcs` (of the crate of that name) rewrites files and folders, explains and checks.
+//! - As a library: an [`input::Reader`] reads WGSL of several files with naga_oil's `#import` and `#ifdef`, SPIR-V and GLSL;
+//!   [`rewrite`] rewrites; [`emit::write`](emit::write()) writes WGSL, SPIR-V, HLSL, MSL and GLSL; [`explain::explain`] tells
+//!   what is made of a shader and why. The features `spirv`, `glsl`, `hlsl` and `msl`, on by default, bring the languages
+//!   besides WGSL.
+//!
 //! # How it is built
 //!
 //! [`analysis`] learns everything about the untouched module, [`plan`] decides, [`transform`] carries out, [`ir::verify`] checks

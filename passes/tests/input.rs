@@ -321,3 +321,66 @@ fn deep_glsl_is_read_or_refused() {
         assert!(survives(Language::Glsl, text).is_err(), "{open}");
     }
 }
+
+/// Changed at random, the files of a composed shader are read or refused; nothing panics.
+#[test]
+fn mutilated_files_are_read_or_refused() {
+    let files = [
+        format!("enable f16;\n#define N 3\n#import lib::value::{{value, K as k}}\n{STORE}#if N > 2\n// ü\n#endif\n"),
+        "#define_import_path lib::value\n#ifdef HALF\nconst K = 0.5;\n#else\nconst K = 1.0; /* ü */\n#endif\n\
+         fn value(x: u32) -> f32 {\n    return f32(x) * K * #{N}.0;\n}\n"
+            .to_owned(),
+    ];
+    let pieces = [
+        "#", "::", "{", "}", "\n", "\"", "/*", "*/", "ü", "import", "#else", "#endif", ";",
+        "enable ", "as ", "(", ",",
+    ];
+    let mut state = 0x2545_f491_4f6c_dd1d_u64;
+    let mut random = |below: usize| {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state % below.max(1) as u64) as usize
+    };
+    let (mut read, mut refused) = (0, 0);
+    for _ in 0..1500 {
+        let mut changed = files.clone();
+        for _ in 0..=random(3) {
+            let text = &mut changed[random(2)];
+            let mut at = random(text.len());
+            while !text.is_char_boundary(at) {
+                at -= 1;
+            }
+            match random(3) {
+                0 => text.insert_str(at, pieces[random(pieces.len())]),
+                1 => text.truncate(at),
+                _ if at < text.len() => drop(text.remove(at)),
+                _ => {}
+            }
+        }
+        let [main, module] = &changed;
+        let outcome = Reader::new()
+            .define("HALF", "true")
+            .module("lib.wgsl", module.as_str())
+            .wgsl([("main.wgsl", main.as_str())]);
+        match outcome {
+            Ok(_) => read += 1,
+            Err(invalid) => {
+                refused += 1;
+                assert!(invalid.rendered.contains("error"), "{}", invalid.rendered);
+            }
+        }
+    }
+    assert!(read > 50 && refused > 50, "{read} read, {refused} refused");
+}
+
+#[test]
+fn deep_imports_are_refused() {
+    for text in [
+        format!("#import {}b", "a::{".repeat(100_000)),
+        format!("#import {}", "a ".repeat(100_000)),
+        "#import ".to_owned() + &"a::".repeat(100_000),
+    ] {
+        let _ = read(&[("a.wgsl", &text)], &[]);
+    }
+}

@@ -10,6 +10,9 @@ use super::{
     tokens::{Token, tokens},
 };
 
+/// How deep braces may nest.
+const MOST: usize = 32;
+
 /// A name and what it stands for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Import {
@@ -35,7 +38,12 @@ pub(super) fn parse(
         at: 0,
         found: Vec::new(),
     };
-    let understood = reader.list(&[]) && reader.rest_is_empty();
+    let deepest = tokens
+        .iter()
+        .filter(|token| matches!(token, Token::Mark('{', _)))
+        .count();
+    // the old form nests by words alone
+    let understood = deepest <= MOST && reader.list(&[]) && reader.rest_is_empty();
     match understood && !reader.found.is_empty() {
         true => Ok((reader.found, end)),
         false => Err(Problem::at(
@@ -123,8 +131,11 @@ impl Reader<'_> {
             self.add(Some(name.concat()), path);
             return true;
         }
-        // the old form: things of the module, separated by commas
-        self.list(&path)
+        // the old form: things of the module, separated by commas; they are words alone
+        match path.len() <= MOST {
+            true => self.list(&path),
+            false => false,
+        }
     }
 
     fn add(&mut self, name: Option<String>, path: Vec<String>) {
