@@ -49,6 +49,7 @@ pub mod dispatch;
 mod kernel;
 #[cfg(feature = "cli")]
 pub mod metrics;
+pub mod plan;
 pub mod rate;
 #[cfg(feature = "cli")]
 pub mod scenes;
@@ -56,5 +57,6 @@ pub mod sri;
 pub mod view;
 
 pub use dispatch::{Pass, PassError, PassOptions};
+pub use plan::{Plan, Scene};
 pub use rate::Rate;
 pub use view::{View, ViewError};

@@ -27,7 +27,7 @@ pub struct Exact {
 /// If inputs have the wrong size or are missing.
 pub fn analyse(inputs: &Inputs, settings: &Settings) -> Result<Exact, WrongInput> {
     inputs.check()?;
-    let params = Params::new(settings, inputs);
+    let params = Params::new(settings, &inputs.frame());
     let quads = inputs.size[0].div_ceil(2) as usize * inputs.size[1].div_ceil(2) as usize;
     let numbers = Reals {
         settings,

@@ -39,6 +39,31 @@ pub mod flags {
     pub const FULL: u8 = 4;
 }
 
+/// What changes from frame to frame beside pictures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    /// The size of the picture to shade.
+    pub size: [u32; 2],
+    /// The size of the previous frame's pictures.
+    pub previous_size: [u32; 2],
+    /// Whether there is a previous frame that shows the same scene: not at first, and not after a cut.
+    pub has_history: bool,
+    /// The scale of the dynamic resolution, above 0 to 1.
+    pub resolution_scale: f64,
+}
+
+impl Frame {
+    /// A frame whose predecessor had its size.
+    pub fn of_size(size: [u32; 2]) -> Frame {
+        Frame {
+            size,
+            previous_size: size,
+            has_history: true,
+            resolution_scale: 1.0,
+        }
+    }
+}
+
 /// One frame's inputs. What the settings do not call for is not looked at. All are row by row.
 #[derive(Clone, Copy, Debug)]
 pub struct Inputs<'a> {
@@ -87,6 +112,16 @@ impl<'a> Inputs<'a> {
             noise: None,
             flags: None,
             resolution_scale: 1.0,
+        }
+    }
+
+    /// The frame.
+    pub fn frame(&self) -> Frame {
+        Frame {
+            size: self.size,
+            previous_size: self.previous_size,
+            has_history: self.has_history,
+            resolution_scale: self.resolution_scale,
         }
     }
 

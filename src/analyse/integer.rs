@@ -16,7 +16,7 @@ use super::{
 /// If inputs have the wrong size or are missing.
 pub fn analyse(inputs: &Inputs, settings: &Settings) -> Result<Output, WrongInput> {
     inputs.check()?;
-    let params = Params::new(settings, inputs);
+    let params = Params::new(settings, &inputs.frame());
     let numbers = Integers::new(inputs, settings, &params);
     pipeline::run(&numbers, inputs, settings, &params)
 }

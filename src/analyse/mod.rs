@@ -11,6 +11,7 @@
 //! | [`inputs`] | what goes in and what comes out | |
 //! | [`exact`] | the oracle, in f64 | |
 //! | [`integer`] | the deterministic path on the CPU | |
+//! | [`gpu`] | the deterministic path on the GPU, by [`Plan`](crate::plan::Plan) | |
 //! | [`pipeline`] | the order of the steps, shared by both | |
 //!
 //! ```
@@ -24,6 +25,7 @@
 pub mod content;
 pub mod exact;
 pub mod fixed;
+pub mod gpu;
 pub mod hysteresis;
 pub mod inputs;
 pub mod integer;
@@ -38,6 +40,7 @@ pub mod smoothing;
 #[cfg(test)]
 mod tests;
 
-pub use inputs::{Colour, Inputs, Output, WrongInput};
+pub use gpu::Analysis;
+pub use inputs::{Colour, Frame, Inputs, Output, WrongInput};
 pub use reasons::Reason;
 pub use settings::Settings;

@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 
 use super::{
     fixed, hysteresis,
-    inputs::Inputs,
+    inputs::Frame,
     luma, motion,
     settings::{Blur, Form, Settings, Stability, Transfer, curve},
 };
@@ -26,7 +26,7 @@ pub struct Params {
     pub luma_pitch: u32,
     /// Steps of the table of speeds for one unit of a motion vector.
     pub speed_scale: [f32; 2],
-    /// 1/256 pixels for one unit of a motion vector, from now to before.
+    /// 1/512 previous pixels for one unit of a motion vector, from now to before.
     pub offset_scale: [f32; 2],
     /// Factors on t: half rate after a previous 1, 2, 4; then room.
     pub half: [u32; 4],
@@ -70,7 +70,13 @@ pub struct Params {
     pub depth_offset: u32,
     /// Whether depth 1 is near.
     pub reversed_z: u32,
+    /// Words in a row of the previous frame's rates.
+    pub previous_pitch: u32,
+    /// Room to a multiple of 16 bytes.
+    pub room: [u32; ROOM],
 }
+
+const ROOM: usize = 3;
 
 /// Where things are in the table buffer, in words.
 pub const TABLE_SPEEDS: usize = 256;
@@ -99,7 +105,7 @@ pub fn is_hidden(now: u32, before: u32, params: &Params) -> bool {
 
 impl Params {
     /// The parameters of a frame.
-    pub fn new(settings: &Settings, inputs: &Inputs) -> Params {
+    pub fn new(settings: &Settings, inputs: &Frame) -> Params {
         let [width, height] = inputs.size;
         let content = &settings.content;
         let factors = |log2: u8| -> [u32; 4] {
@@ -143,7 +149,7 @@ impl Params {
             }),
             offset_scale: std::array::from_fn(|axis| {
                 let ratio = f64::from(inputs.previous_size[axis]) / f64::from(inputs.size[axis]);
-                (motion.scale[axis] * ratio * -256.0) as f32
+                (motion.scale[axis] * ratio * -512.0) as f32
             }),
             half: factors(1),
             quarter: factors(2),
@@ -173,6 +179,9 @@ impl Params {
             depth_tolerance: (reprojection.tolerance * 65_536.0).clamp(0.0, 65_535.0) as u32,
             depth_offset: (reprojection.near_over_far.clamp(0.0, 1.0) * 1_073_741_824.0) as u32,
             reversed_z: u32::from(reprojection.reversed_z),
+            previous_pitch: SriLayout::new(inputs.previous_size[0], inputs.previous_size[1]).pitch
+                / 4,
+            room: [0; ROOM],
         }
     }
 

@@ -88,7 +88,8 @@ pub fn source(
             if offset.to_bits() & 0x7fff_ffff >= 0x4b00_0000 {
                 return Err(Reason::OffScreen);
             }
-            *position += (offset + 0.5).floor() as i32;
+            // halves, so that rounding adds no floats, which a driver might fuse
+            *position += (offset.floor() as i32 + 1) >> 1;
         }
         let inside = (0..2).all(|axis| {
             position[axis] >= 0 && (position[axis] >> 8) < params.previous[axis] as i32

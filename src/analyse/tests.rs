@@ -480,7 +480,11 @@ fn the_extra_half_rate_leaves_the_attachment_alone_and_heeds_noise_and_materials
         let [a, b] = twins(&inputs, &settings);
         let is_masked = flags.is_some_and(|all| all[0] & flags::FULL != 0);
         let wanted = if is_masked { Rate::R1X1 } else { Rate::R2X2 };
-        assert_eq!(a.attachment, Sri::uniform(16, 16, wanted), "no half rate in the attachment");
+        assert_eq!(
+            a.attachment,
+            Sri::uniform(16, 16, wanted),
+            "no half rate in the attachment"
+        );
         assert_eq!(a.sri, b.sri);
         a.sri
     };

@@ -1,0 +1,302 @@
+//! The analysis on the GPU: `shaders/analyse.wgsl` and `shaders/smooth.wgsl`, recorded into the caller's own pass.
+//!
+//! *Needs*: the caller's device, textures and buffers; default limits suffice. *Guarantees*: the words of
+//! [`integer`](super::integer), on every driver; nothing is compiled, bound or dispatched that the plan does not have.
+
+use bytemuck::{Pod, Zeroable};
+
+use super::{
+    inputs::Frame,
+    params::{self, Params},
+    settings::Smoothing,
+};
+use crate::{
+    kernel::{self, shader},
+    plan::{Binding, ColourForm, Plan},
+    sri::SriLayout,
+};
+
+/// The pipelines of a plan.
+#[derive(Debug)]
+pub struct Analysis {
+    plan: Plan,
+    layout: wgpu::BindGroupLayout,
+    pipeline: wgpu::ComputePipeline,
+    smoothing: Option<SmoothKernel>,
+}
+
+#[derive(Debug)]
+struct SmoothKernel {
+    layout: wgpu::BindGroupLayout,
+    pipeline: wgpu::ComputePipeline,
+}
+
+/// The caller's resources, one for each [`Binding`] that the plan has; parameters and tables are the analysis's own.
+pub type Resources<'a> = &'a [(Binding, wgpu::BindingResource<'a>)];
+
+/// A binding that the plan has and the caller did not give.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the plan binds {}, which is not given", .0.name())]
+pub struct MissingResource(pub Binding);
+
+/// An analysis bound to resources.
+#[derive(Debug)]
+pub struct BoundAnalysis {
+    params: wgpu::Buffer,
+    tables: wgpu::Buffer,
+    group: wgpu::BindGroup,
+    smooth: Vec<wgpu::BindGroup>,
+    smooth_params: Option<wgpu::Buffer>,
+}
+
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+struct SmoothParams {
+    size: [u32; 2],
+    pitch: u32,
+    room: u32,
+}
+
+fn kind(binding: Binding, colour: ColourForm) -> wgpu::BindingType {
+    let buffer = |ty| wgpu::BindingType::Buffer {
+        ty,
+        has_dynamic_offset: false,
+        min_binding_size: None,
+    };
+    let texture = |sample_type| wgpu::BindingType::Texture {
+        sample_type,
+        view_dimension: wgpu::TextureViewDimension::D2,
+        multisampled: false,
+    };
+    let read = buffer(wgpu::BufferBindingType::Storage { read_only: true });
+    let write = buffer(wgpu::BufferBindingType::Storage { read_only: false });
+    let float = texture(wgpu::TextureSampleType::Float { filterable: false });
+    match binding {
+        Binding::Params => buffer(wgpu::BufferBindingType::Uniform),
+        Binding::Tables | Binding::PreviousRates => read,
+        Binding::Rates | Binding::Attachment | Binding::Reasons => write,
+        Binding::Colour | Binding::After if colour == ColourForm::SqrtLuma => read,
+        Binding::Colour | Binding::After => float,
+        Binding::Motion
+        | Binding::Depth
+        | Binding::PreviousDepth
+        | Binding::Materials
+        | Binding::Noise => float,
+        Binding::Flags => texture(wgpu::TextureSampleType::Uint),
+    }
+}
+
+fn layout_of(
+    device: &wgpu::Device,
+    entries: impl Iterator<Item = (u32, wgpu::BindingType)>,
+) -> wgpu::BindGroupLayout {
+    let entries: Vec<wgpu::BindGroupLayoutEntry> = entries
+        .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::COMPUTE,
+            ty,
+            count: None,
+        })
+        .collect();
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("vrcs analyse"),
+        entries: &entries,
+    })
+}
+
+fn pipeline_of(
+    device: &wgpu::Device,
+    layout: &wgpu::BindGroupLayout,
+    source: kernel::Source,
+    defs: kernel::Defs,
+    entry: &str,
+) -> wgpu::ComputePipeline {
+    let module = kernel::shader_module(device, source, defs);
+    let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some(source.name),
+        bind_group_layouts: &[Some(layout)],
+        immediate_size: 0,
+    });
+    device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some(source.name),
+        layout: Some(&pipeline_layout),
+        module: &module,
+        entry_point: Some(entry),
+        compilation_options: wgpu::PipelineCompilationOptions::default(),
+        cache: None,
+    })
+}
+
+impl Analysis {
+    /// Makes the pipelines of a plan.
+    pub fn new(device: &wgpu::Device, plan: &Plan) -> Analysis {
+        let colour = plan.scene.colour;
+        let entries = plan
+            .bindings
+            .iter()
+            .map(|&binding| (binding.index(), kind(binding, colour)));
+        let layout = layout_of(device, entries);
+        let pipeline = pipeline_of(
+            device,
+            &layout,
+            shader!("analyse.wgsl"),
+            &plan.defs(),
+            "analyse",
+        );
+        let smoothing = (plan.settings.smoothing != Smoothing::None).then(|| {
+            let kinds = [Binding::Params, Binding::Tables, Binding::Rates];
+            let layout = layout_of(
+                device,
+                (0..3).zip(kinds.map(|binding| kind(binding, colour))),
+            );
+            let defs: kernel::Defs = match plan.settings.smoothing {
+                Smoothing::Conservative => &[("CONSERVATIVE", 1)],
+                _ => &[],
+            };
+            let pipeline = pipeline_of(
+                device,
+                &layout,
+                shader!("smooth.wgsl"),
+                defs,
+                "smooth_words",
+            );
+            SmoothKernel { layout, pipeline }
+        });
+        Analysis {
+            plan: plan.clone(),
+            layout,
+            pipeline,
+            smoothing,
+        }
+    }
+
+    /// The plan.
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// Binds the caller's resources. With smoothing, the analysis writes raw rates to buffers of its own, of the size of the
+    /// caller's, and the smoothed ones to the caller's.
+    ///
+    /// # Errors
+    /// If one that the plan has is not given.
+    pub fn bind(
+        &self,
+        device: &wgpu::Device,
+        resources: Resources,
+    ) -> Result<BoundAnalysis, MissingResource> {
+        let buffer = |size, usage| {
+            device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("vrcs analyse"),
+                size,
+                usage: usage | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })
+        };
+        let params = buffer(size_of::<Params>() as u64, wgpu::BufferUsages::UNIFORM);
+        let words = params::TABLE_FALLOFF + params::FALLOFF;
+        let tables = buffer(words as u64 * 4, wgpu::BufferUsages::STORAGE);
+        let given = |binding: Binding| {
+            let found = resources.iter().find(|(given, _)| *given == binding);
+            found
+                .map(|(_, resource)| resource.clone())
+                .ok_or(MissingResource(binding))
+        };
+        let smoothed: Vec<Binding> = [Binding::Rates, Binding::Attachment]
+            .into_iter()
+            .filter(|binding| self.smoothing.is_some() && self.plan.bindings.contains(binding))
+            .collect();
+        let mut raw = Vec::new();
+        for &binding in &smoothed {
+            let size = match given(binding)? {
+                wgpu::BindingResource::Buffer(whole) => whole
+                    .size
+                    .map_or(whole.buffer.size() - whole.offset, |size| size.get()),
+                _ => return Err(MissingResource(binding)),
+            };
+            raw.push((binding, buffer(size, wgpu::BufferUsages::STORAGE)));
+        }
+        let mut entries = Vec::new();
+        for &binding in &self.plan.bindings {
+            let own = raw.iter().find(|(known, _)| *known == binding);
+            let resource = match (binding, own) {
+                (Binding::Params, _) => params.as_entire_binding(),
+                (Binding::Tables, _) => tables.as_entire_binding(),
+                (_, Some((_, buffer))) => buffer.as_entire_binding(),
+                (binding, None) => given(binding)?,
+            };
+            entries.push(wgpu::BindGroupEntry {
+                binding: binding.index(),
+                resource,
+            });
+        }
+        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("vrcs analyse"),
+            layout: &self.layout,
+            entries: &entries,
+        });
+        let smooth_params = self
+            .smoothing
+            .as_ref()
+            .map(|_| buffer(16, wgpu::BufferUsages::UNIFORM));
+        let mut smooth = Vec::new();
+        if let (Some(kernel), Some(params)) = (&self.smoothing, &smooth_params) {
+            for (binding, from) in &raw {
+                let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
+                smooth.push(device.create_bind_group(&wgpu::BindGroupDescriptor {
+                    label: Some("vrcs smooth"),
+                    layout: &kernel.layout,
+                    entries: &[
+                        entry(0, params.as_entire_binding()),
+                        entry(1, from.as_entire_binding()),
+                        entry(2, given(*binding)?),
+                    ],
+                }));
+            }
+        }
+        Ok(BoundAnalysis {
+            params,
+            tables,
+            group,
+            smooth,
+            smooth_params,
+        })
+    }
+
+    /// Sets a frame's parameters for what is submitted from now on.
+    pub fn set_frame(&self, queue: &wgpu::Queue, bound: &BoundAnalysis, frame: &Frame) {
+        let settings = &self.plan.settings;
+        let params = Params::new(settings, frame);
+        queue.write_buffer(&bound.params, 0, bytemuck::bytes_of(&params));
+        let is_sqrt_luma = self.plan.scene.colour == ColourForm::SqrtLuma;
+        let tables = params::tables(settings, is_sqrt_luma, frame.resolution_scale);
+        queue.write_buffer(&bound.tables, 0, bytemuck::cast_slice(&tables));
+        if let Some(buffer) = &bound.smooth_params {
+            let layout = SriLayout::new(frame.size[0], frame.size[1]);
+            let smooth = SmoothParams {
+                size: [layout.width, layout.height],
+                pitch: layout.pitch / 4,
+                room: 0,
+            };
+            queue.write_buffer(buffer, 0, bytemuck::bytes_of(&smooth));
+        }
+    }
+
+    /// Records the analysis of a picture of `size` into a compute pass.
+    pub fn record(&self, pass: &mut wgpu::ComputePass, bound: &BoundAnalysis, size: [u32; 2]) {
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &bound.group, &[]);
+        pass.dispatch_workgroups(
+            size[0].div_ceil(64),
+            size[1].div_ceil(self.plan.tile_height()),
+            1,
+        );
+        if let Some(kernel) = &self.smoothing {
+            pass.set_pipeline(&kernel.pipeline);
+            for group in &bound.smooth {
+                pass.set_bind_group(0, group, &[]);
+                pass.dispatch_workgroups(size[0].div_ceil(128), size[1].div_ceil(16), 1);
+            }
+        }
+    }
+}

@@ -1,0 +1,415 @@
+//! The plan: which passes, kernels and bindings the analysis has, from what the scene has and what is asked for.
+//!
+//! *Guarantees*: what is not called for is not there: not compiled, not bound, not dispatched. *Refuses*: settings that call for
+//! what the scene has not.
+
+use std::fmt;
+
+use crate::analyse::settings::{
+    Blur, Difference, Form, Norm, Pairs, Settings, Smoothing, Stability,
+};
+
+/// The form in which the previous picture is had.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum ColourForm {
+    /// A texture of 8-bit codes, viewed without sRGB decoding.
+    #[default]
+    Codes,
+    /// A texture of linear light, 16 or 32 bits a channel.
+    Linear,
+    /// A buffer of √luma: four pixels to a word, rows padded to 256 bytes.
+    SqrtLuma,
+}
+
+/// What the renderer has.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Scene {
+    /// The previous picture.
+    pub colour: ColourForm,
+    /// The same after transparents.
+    pub after_transparents: bool,
+    /// Motion vectors of this frame.
+    pub motion: bool,
+    /// Depth of this frame and the previous.
+    pub depth: bool,
+    /// The previous frame's rates.
+    pub previous_rates: bool,
+    /// Smoothness and Rf0.
+    pub materials: bool,
+    /// A mask of where noise is.
+    pub noise: bool,
+    /// Flags of pixels.
+    pub flags: bool,
+    /// Whether rates for a hardware attachment are wanted.
+    pub attachment: bool,
+    /// Whether reasons are wanted.
+    pub reasons: bool,
+}
+
+/// A binding of the analysis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Binding {
+    /// Parameters, a uniform buffer.
+    Params,
+    /// Tables, a storage buffer.
+    Tables,
+    /// The rates, written.
+    Rates,
+    /// The previous picture.
+    Colour,
+    /// The same after transparents.
+    After,
+    /// The attachment's rates, written.
+    Attachment,
+    /// Reasons, written.
+    Reasons,
+    /// Motion vectors.
+    Motion,
+    /// Depth.
+    Depth,
+    /// The previous depth.
+    PreviousDepth,
+    /// The previous rates.
+    PreviousRates,
+    /// Smoothness and Rf0.
+    Materials,
+    /// The noise mask.
+    Noise,
+    /// Flags.
+    Flags,
+}
+
+impl Binding {
+    const ALL: [Binding; 14] = [
+        Binding::Params,
+        Binding::Tables,
+        Binding::Rates,
+        Binding::Colour,
+        Binding::After,
+        Binding::Attachment,
+        Binding::Reasons,
+        Binding::Motion,
+        Binding::Depth,
+        Binding::PreviousDepth,
+        Binding::PreviousRates,
+        Binding::Materials,
+        Binding::Noise,
+        Binding::Flags,
+    ];
+
+    /// Its index in the kernel's group.
+    pub fn index(self) -> u32 {
+        self as u32
+    }
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Binding::Params => "parameters",
+            Binding::Tables => "tables",
+            Binding::Rates => "rates",
+            Binding::Colour => "colour",
+            Binding::After => "colour after transparents",
+            Binding::Attachment => "attachment rates",
+            Binding::Reasons => "reasons",
+            Binding::Motion => "motion vectors",
+            Binding::Depth => "depth",
+            Binding::PreviousDepth => "previous depth",
+            Binding::PreviousRates => "previous rates",
+            Binding::Materials => "materials",
+            Binding::Noise => "noise mask",
+            Binding::Flags => "flags",
+        }
+    }
+}
+
+/// Settings that call for what the scene has not.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{effect} needs {what}, which the scene does not declare")]
+pub struct PlanError {
+    /// The effect.
+    pub effect: &'static str,
+    /// What it needs.
+    pub what: &'static str,
+}
+
+/// A compute pass of the analysis.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PlannedPass {
+    /// The kernel's file.
+    pub kernel: &'static str,
+    /// What is compiled into it.
+    pub effects: Vec<&'static str>,
+    /// The number of its bindings.
+    pub bindings: usize,
+}
+
+/// What is compiled, bound and dispatched.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// The scene.
+    pub scene: Scene,
+    /// The settings.
+    pub settings: Settings,
+    /// The passes, in order.
+    pub passes: Vec<PlannedPass>,
+    /// The first pass's bindings, in order.
+    pub bindings: Vec<Binding>,
+}
+
+impl Plan {
+    /// Plans the analysis.
+    ///
+    /// # Errors
+    /// If the settings call for what the scene has not.
+    pub fn new(scene: &Scene, settings: &Settings) -> Result<Plan, PlanError> {
+        let needs = [
+            (
+                settings.motion.is_some(),
+                scene.motion,
+                "motion-adaptive shading",
+                "motion vectors",
+            ),
+            (
+                settings.reprojection.is_some(),
+                scene.motion && settings.motion.is_some(),
+                "reprojection",
+                "motion vectors",
+            ),
+            (
+                settings.materials.is_some(),
+                scene.materials,
+                "material sensitivity",
+                "materials",
+            ),
+            (
+                settings.transparents,
+                scene.after_transparents,
+                "transparents",
+                "the colour after transparents",
+            ),
+            (
+                settings.stability != Stability::None,
+                scene.previous_rates,
+                "stability",
+                "the previous frame's rates",
+            ),
+        ];
+        if let Some((_, _, effect, what)) = needs.into_iter().find(|&(on, had, ..)| on && !had) {
+            return Err(PlanError { effect, what });
+        }
+        let effects = effects(scene, settings);
+        let has = |name: &str| effects.contains(&name);
+        let bindings: Vec<Binding> = Binding::ALL
+            .into_iter()
+            .filter(|binding| match binding {
+                Binding::Params | Binding::Tables | Binding::Rates | Binding::Colour => true,
+                Binding::After => has("TRANSPARENTS"),
+                Binding::Attachment => has("ATTACHMENT"),
+                Binding::Reasons => has("REASONS"),
+                Binding::Motion => has("MOTION"),
+                Binding::Depth | Binding::PreviousDepth => has("DEPTH"),
+                Binding::PreviousRates => has("PREVIOUS_RATES"),
+                Binding::Materials => has("MATERIALS"),
+                Binding::Noise => has("NOISE"),
+                Binding::Flags => has("FLAGS"),
+            })
+            .collect();
+        let mut passes = vec![PlannedPass {
+            kernel: "analyse.wgsl",
+            bindings: bindings.len(),
+            effects,
+        }];
+        let smooth = |effect| PlannedPass {
+            kernel: "smooth.wgsl",
+            bindings: 3,
+            effects: vec![effect],
+        };
+        match settings.smoothing {
+            Smoothing::None => {}
+            Smoothing::Limit => passes.push(smooth("LIMIT")),
+            Smoothing::Conservative => passes.push(smooth("CONSERVATIVE")),
+        }
+        Ok(Plan {
+            scene: *scene,
+            settings: settings.clone(),
+            passes,
+            bindings,
+        })
+    }
+
+    /// The definitions of the first kernel.
+    pub(crate) fn defs(&self) -> Vec<(&'static str, u32)> {
+        let effects = &self.passes[0].effects;
+        let mut defs: Vec<(&'static str, u32)> = effects.iter().map(|&name| (name, 1)).collect();
+        let pairs = match self.settings.content.pairs {
+            Pairs::All => 12,
+            Pairs::Interleaved => 6,
+            Pairs::SubSampled => 2,
+        };
+        defs.push(("PAIRS", pairs));
+        defs.push(("TILE_HEIGHT", self.tile_height()));
+        defs
+    }
+
+    /// The height of a workgroup's pixels: what fits into 16 KiB of workgroup memory.
+    pub(crate) fn tile_height(&self) -> u32 {
+        let has = |name: &str| self.passes[0].effects.contains(&name);
+        let words = 1
+            + u32::from(has("CHANNELS")) * (1 + 2 * u32::from(has("TRANSPARENTS")))
+            + u32::from(has("MOTION"));
+        match words {
+            1 => 32,
+            2 | 3 => 16,
+            _ => 8,
+        }
+    }
+
+    /// As JSON.
+    pub fn to_json(&self) -> serde_json::Value {
+        let passes: Vec<serde_json::Value> = self
+            .passes
+            .iter()
+            .map(|pass| serde_json::json!({ "kernel": pass.kernel, "effects": pass.effects, "bindings": pass.bindings }))
+            .collect();
+        let bindings: Vec<serde_json::Value> = self
+            .bindings
+            .iter()
+            .map(|binding| serde_json::json!({ "index": binding.index(), "name": binding.name() }))
+            .collect();
+        serde_json::json!({ "passes": passes, "bindings": bindings })
+    }
+}
+
+/// The first kernel's definitions without a value.
+fn effects(scene: &Scene, settings: &Settings) -> Vec<&'static str> {
+    let content = &settings.content;
+    let blur = settings.motion.map(|motion| motion.blur);
+    let motion_only = matches!(blur, Some(Blur::Standalone { .. } | Blur::Ladder(_)));
+    let all = [
+        ("CODES", scene.colour == ColourForm::Codes),
+        ("SQRT_LUMA", scene.colour == ColourForm::SqrtLuma),
+        (
+            "CHANNELS",
+            content.difference != Difference::Luma && scene.colour != ColourForm::SqrtLuma,
+        ),
+        (
+            "LARGEST_CHANNEL",
+            content.difference == Difference::LargestChannel,
+        ),
+        ("RGB", content.difference == Difference::Rgb),
+        ("PAIRWISE", matches!(content.form, Form::Pairwise { .. })),
+        ("NORM_L1", content.norm == Norm::L1),
+        ("NORM_LINF", content.norm == Norm::LInf),
+        ("INTERLEAVED", content.pairs == Pairs::Interleaved),
+        ("SUB_SAMPLED", content.pairs == Pairs::SubSampled),
+        ("MOTION", settings.motion.is_some()),
+        ("STANDALONE", matches!(blur, Some(Blur::Standalone { .. }))),
+        ("LADDER", matches!(blur, Some(Blur::Ladder(_)))),
+        ("MOTION_ONLY", motion_only),
+        ("REPROJECTION", settings.reprojection.is_some()),
+        ("DEPTH", settings.reprojection.is_some() && scene.depth),
+        ("MATERIALS", settings.materials.is_some()),
+        ("PREVIOUS_RATES", settings.stability != Stability::None),
+        ("HALF_RATE", settings.half_rate.is_some() && !motion_only),
+        (
+            "NOISE",
+            settings.half_rate.is_some() && scene.noise && !motion_only,
+        ),
+        ("TRANSPARENTS", settings.transparents),
+        ("FOVEATION", settings.foveation.is_some()),
+        ("SAFE_AREA", settings.safe_area.is_some()),
+        ("FLAGS", scene.flags),
+        ("ATTACHMENT", scene.attachment),
+        ("REASONS", scene.reasons),
+    ];
+    all.into_iter()
+        .filter(|&(_, on)| on)
+        .map(|(name, _)| name)
+        .collect()
+}
+
+impl fmt::Display for Plan {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, pass) in self.passes.iter().enumerate() {
+            writeln!(
+                f,
+                "pass {}: {}, {} bindings",
+                index + 1,
+                pass.kernel,
+                pass.bindings
+            )?;
+            writeln!(
+                f,
+                "  compiled in: {}",
+                pass.effects.join(", ").to_lowercase()
+            )?;
+        }
+        for binding in &self.bindings {
+            writeln!(f, "  @binding({}) {}", binding.index(), binding.name())?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analyse::settings::{Motion, Reprojection};
+
+    #[test]
+    fn nothing_that_is_not_called_for_is_there() {
+        let everything = Scene {
+            motion: true,
+            depth: true,
+            materials: true,
+            noise: true,
+            previous_rates: true,
+            after_transparents: true,
+            ..Scene::default()
+        };
+        for scene in [Scene::default(), everything] {
+            let plan = Plan::new(&scene, &Settings::default()).expect("a plan");
+            assert_eq!((plan.passes.len(), plan.bindings.len()), (1, 4), "{plan}");
+            assert_eq!(plan.passes[0].effects, ["CODES"]);
+        }
+    }
+
+    #[test]
+    fn an_effect_adds_its_own_bindings_and_no_others() {
+        let scene = Scene {
+            motion: true,
+            depth: true,
+            flags: true,
+            ..Scene::default()
+        };
+        let settings = Settings {
+            motion: Some(Motion::default()),
+            reprojection: Some(Reprojection::default()),
+            smoothing: Smoothing::Limit,
+            ..Settings::default()
+        };
+        let plan = Plan::new(&scene, &settings).expect("a plan");
+        let names: Vec<&str> = plan.bindings[4..].iter().map(|b| b.name()).collect();
+        assert_eq!(
+            names,
+            ["motion vectors", "depth", "previous depth", "flags"]
+        );
+        assert_eq!(plan.passes.len(), 2);
+        assert_eq!(plan.to_json()["passes"][1]["kernel"], "smooth.wgsl");
+    }
+
+    #[test]
+    fn settings_that_the_scene_cannot_serve_are_refused_by_name() {
+        let settings = Settings {
+            transparents: true,
+            ..Settings::default()
+        };
+        let error =
+            Plan::new(&Scene::default(), &settings).expect_err("no picture after transparents");
+        assert_eq!(
+            error.to_string(),
+            "transparents needs the colour after transparents, which the scene does not declare"
+        );
+    }
+}

@@ -1,0 +1,406 @@
+//! The analysis on the GPU makes the same bytes as its integer twin, whatever is compiled into it.
+
+mod common;
+
+use fastrand::Rng;
+use vrcs::{
+    Plan, Rate, Scene,
+    analyse::{Analysis, Colour, Frame, Inputs, Output, integer, settings::*},
+    check::gpu::Gpu,
+    plan::{Binding, ColourForm},
+    sri::{Sri, SriLayout},
+};
+
+/// Everything that a frame may have, made up.
+struct Made {
+    size: [u32; 2],
+    previous: [u32; 2],
+    codes: Vec<[u8; 4]>,
+    after_codes: Vec<[u8; 4]>,
+    linear: Vec<[f32; 4]>,
+    after_linear: Vec<[f32; 4]>,
+    sqrt: Vec<u8>,
+    motion: Vec<[f32; 2]>,
+    depth: Vec<f32>,
+    previous_depth: Vec<f32>,
+    rates: Sri,
+    materials: Vec<[u8; 2]>,
+    noise: Vec<u8>,
+    flags: Vec<u8>,
+}
+
+const HARD: [f32; 12] = [
+    f32::NAN,
+    f32::INFINITY,
+    f32::NEG_INFINITY,
+    -0.0,
+    1e-41,
+    -1e-7,
+    -0.5,
+    1.0,
+    65504.0,
+    1e30,
+    0.0,
+    0.99999,
+];
+
+impl Made {
+    fn new(size: [u32; 2], previous: [u32; 2], rng: &mut Rng) -> Made {
+        let count = |[w, h]: [u32; 2]| (w * h) as usize;
+        let (now, before) = (count(size), count(previous));
+        let span = [255, 60, 12, 3][rng.usize(..4)];
+        let low = rng.u8(..=255 - span);
+        let (sx, sy) = (rng.f64() * 9.0, rng.f64() * 9.0);
+        let smooth = rng.bool();
+        let codes = |rng: &mut Rng| -> Vec<[u8; 4]> {
+            (0..before as u32)
+                .map(|i| {
+                    let (x, y) = (f64::from(i % previous[0]), f64::from(i / previous[0]));
+                    let ramp = (sx * x / 7.0 + sy * y / 7.0) as u32 as u8;
+                    std::array::from_fn(|_| match smooth {
+                        true => ramp.wrapping_add(rng.u8(..=span / 8)),
+                        false => low + rng.u8(..=span),
+                    })
+                })
+                .collect()
+        };
+        let codes_before = codes(rng);
+        let after_codes = codes(rng);
+        let linear = |codes: &[[u8; 4]], rng: &mut Rng| -> Vec<[f32; 4]> {
+            codes
+                .iter()
+                .map(|code| match rng.u32(..200) {
+                    0 => std::array::from_fn(|_| HARD[rng.usize(..HARD.len())]),
+                    _ => {
+                        code.map(|c| (f32::from(c) / 255.0).powi(2) * rng.f32().mul_add(0.02, 0.98))
+                    }
+                })
+                .collect()
+        };
+        let speed = [0.0, 2.0, 20.0][rng.usize(..3)];
+        Made {
+            size,
+            previous,
+            linear: linear(&codes_before, rng),
+            after_linear: linear(&after_codes, rng),
+            sqrt: codes_before.iter().map(|c| c[0]).collect(),
+            codes: codes_before,
+            after_codes,
+            motion: (0..now)
+                .map(|_| match rng.u32(..400) {
+                    0 => [HARD[rng.usize(..HARD.len())], 0.5],
+                    _ => [speed + rng.f32() - 0.5, speed * 0.3 + rng.f32() - 0.5],
+                })
+                .collect(),
+            depth: (0..now)
+                .map(|_| {
+                    if rng.u32(..300) == 0 {
+                        HARD[rng.usize(..HARD.len())]
+                    } else {
+                        0.3 + rng.f32() * 0.02
+                    }
+                })
+                .collect(),
+            previous_depth: (0..before)
+                .map(|_| {
+                    if rng.u32(..100) == 0 {
+                        0.9
+                    } else {
+                        0.3 + rng.f32() * 0.02
+                    }
+                })
+                .collect(),
+            rates: Sri::from_fn(previous[0], previous[1], |_, _| match rng.u32(..12) {
+                0 => 0xff,
+                _ => rng.choice(Rate::ALL).map_or(0, Rate::code),
+            }),
+            materials: (0..now).map(|_| [rng.u8(..), rng.u8(..)]).collect(),
+            noise: (0..now)
+                .map(|_| if rng.bool() { 0 } else { rng.u8(..) })
+                .collect(),
+            flags: (0..now)
+                .map(|_| if rng.u32(..12) == 0 { rng.u8(..8) } else { 0 })
+                .collect(),
+        }
+    }
+
+    fn inputs<'a>(&'a self, plan: &Plan, frame: &Frame) -> Inputs<'a> {
+        let scene = &plan.scene;
+        let (colour, after) = match scene.colour {
+            ColourForm::Codes => (Colour::Codes(&self.codes), Colour::Codes(&self.after_codes)),
+            ColourForm::Linear => (
+                Colour::Linear(&self.linear),
+                Colour::Linear(&self.after_linear),
+            ),
+            ColourForm::SqrtLuma => (Colour::SqrtLuma(&self.sqrt), Colour::SqrtLuma(&self.sqrt)),
+        };
+        Inputs {
+            size: frame.size,
+            previous_size: frame.previous_size,
+            has_history: frame.has_history,
+            resolution_scale: frame.resolution_scale,
+            colour,
+            after: scene.after_transparents.then_some(after),
+            motion: scene.motion.then_some(&self.motion),
+            depth: scene.depth.then_some(&self.depth),
+            previous_depth: scene.depth.then_some(&self.previous_depth),
+            previous_rates: scene.previous_rates.then_some(&self.rates),
+            materials: scene.materials.then_some(&self.materials),
+            noise: scene.noise.then_some(&self.noise),
+            flags: scene.flags.then_some(&self.flags),
+        }
+    }
+
+    fn texture(
+        &self,
+        gpu: &Gpu,
+        size: [u32; 2],
+        format: wgpu::TextureFormat,
+        bytes: &[u8],
+    ) -> wgpu::TextureView {
+        let extent = wgpu::Extent3d {
+            width: size[0],
+            height: size[1],
+            depth_or_array_layers: 1,
+        };
+        let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: None,
+            size: extent,
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        });
+        let layout = wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(bytes.len() as u32 / size[1]),
+            rows_per_image: None,
+        };
+        gpu.queue
+            .write_texture(texture.as_image_copy(), bytes, layout, extent);
+        texture.create_view(&wgpu::TextureViewDescriptor::default())
+    }
+
+    fn run(&self, gpu: &Gpu, plan: &Plan, frame: &Frame) -> [Vec<u8>; 3] {
+        use wgpu::TextureFormat as F;
+        let analysis = Analysis::new(&gpu.device, plan);
+        let storage = wgpu::BufferUsages::STORAGE;
+        let bytes = SriLayout::new(self.size[0], self.size[1]).bytes() as usize;
+        // poisoned: what is not written shows
+        let outputs = [0, 1, 2].map(|_| gpu.buffer("out", &vec![0xa5; bytes], storage));
+        let pitch = self.previous[0].next_multiple_of(256) as usize;
+        let mut rows = vec![0u8; pitch * self.previous[1] as usize];
+        for (i, &code) in self.sqrt.iter().enumerate() {
+            rows[i / self.previous[0] as usize * pitch + i % self.previous[0] as usize] = code;
+        }
+        let sqrt = gpu.buffer("sqrt luma", &rows, storage);
+        let rates_before = gpu.buffer("rates before", self.rates.bytes(), storage);
+        let cast = bytemuck::cast_slice::<f32, u8>;
+        let before = |format, bytes: &[u8]| self.texture(gpu, self.previous, format, bytes);
+        let now = |format, bytes: &[u8]| self.texture(gpu, self.size, format, bytes);
+        let colours = match plan.scene.colour {
+            ColourForm::Linear => [
+                before(F::Rgba32Float, cast(self.linear.as_flattened())),
+                before(F::Rgba32Float, cast(self.after_linear.as_flattened())),
+            ],
+            _ => [
+                before(F::Rgba8Unorm, self.codes.as_flattened()),
+                before(F::Rgba8Unorm, self.after_codes.as_flattened()),
+            ],
+        };
+        let views = [
+            now(F::Rg32Float, cast(self.motion.as_flattened())),
+            now(F::R32Float, cast(&self.depth)),
+            before(F::R32Float, cast(&self.previous_depth)),
+            now(F::Rg8Unorm, self.materials.as_flattened()),
+            now(F::R8Unorm, &self.noise),
+            now(F::R8Uint, &self.flags),
+        ];
+        let view = |i: usize| wgpu::BindingResource::TextureView(&views[i]);
+        let colour = |i: usize| match plan.scene.colour {
+            ColourForm::SqrtLuma => sqrt.as_entire_binding(),
+            _ => wgpu::BindingResource::TextureView(&colours[i]),
+        };
+        let resources = [
+            (Binding::Rates, outputs[0].as_entire_binding()),
+            (Binding::Attachment, outputs[1].as_entire_binding()),
+            (Binding::Reasons, outputs[2].as_entire_binding()),
+            (Binding::Colour, colour(0)),
+            (Binding::After, colour(1)),
+            (Binding::Motion, view(0)),
+            (Binding::Depth, view(1)),
+            (Binding::PreviousDepth, view(2)),
+            (Binding::PreviousRates, rates_before.as_entire_binding()),
+            (Binding::Materials, view(3)),
+            (Binding::Noise, view(4)),
+            (Binding::Flags, view(5)),
+        ];
+        let bound = analysis
+            .bind(&gpu.device, &resources)
+            .expect("all that the plan binds");
+        analysis.set_frame(&gpu.queue, &bound, frame);
+        let mut encoder = gpu.encoder();
+        analysis.record(
+            &mut encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default()),
+            &bound,
+            frame.size,
+        );
+        let read = gpu
+            .submit_and_read(encoder, &[&outputs[0], &outputs[1], &outputs[2]])
+            .expect("rates");
+        read.try_into().expect("three buffers")
+    }
+}
+
+fn settings(rng: &mut Rng, scene: &mut Scene) -> Settings {
+    let pick = |rng: &mut Rng| rng.u32(..3) == 0;
+    let content = Content {
+        norm: [Norm::L2, Norm::L1, Norm::LInf][rng.usize(..3)],
+        pairs: [Pairs::All, Pairs::Interleaved, Pairs::SubSampled][rng.usize(..3)],
+        difference: [
+            Difference::Luma,
+            Difference::LargestChannel,
+            Difference::Rgb,
+        ][rng.usize(..3)],
+        transfer: [Transfer::Srgb, Transfer::Square][rng.usize(..2)],
+        form: if pick(rng) {
+            Form::Pairwise { sensitivity: 0.07 }
+        } else {
+            Form::Window
+        },
+        threshold: [0.15, 0.03, 0.6][rng.usize(..3)],
+        ambient: [0.05, 0.0][rng.usize(..2)],
+        ..Content::default()
+    };
+    scene.colour = [ColourForm::Codes, ColourForm::Linear, ColourForm::SqrtLuma][rng.usize(..3)];
+    scene.motion = rng.bool();
+    scene.depth = rng.bool();
+    scene.flags = rng.bool();
+    scene.noise = rng.bool();
+    scene.materials = rng.bool();
+    // within the eight storage buffers that every device binds
+    scene.after_transparents = scene.colour != ColourForm::SqrtLuma && rng.bool();
+    scene.previous_rates = rng.bool();
+    scene.attachment = true;
+    scene.reasons = true;
+    let blur = [
+        Blur::Scaled,
+        Blur::Scaled,
+        Blur::Standalone { error: 0.5 },
+        Blur::Ladder(Ladder::default()),
+    ][rng.usize(..4)];
+    let motion = scene.motion.then(|| Motion {
+        blur,
+        weight: [1.0, 0.5][rng.usize(..2)],
+        scale: [1.0, -1.0],
+    });
+    Settings {
+        content,
+        motion,
+        reprojection: (scene.motion && rng.bool()).then(|| Reprojection {
+            reversed_z: rng.bool(),
+            near_over_far: [0.0, 0.001][rng.usize(..2)],
+            ..Reprojection::default()
+        }),
+        materials: (scene.materials && rng.bool()).then(Materials::default),
+        stability: match scene.previous_rates {
+            true => [Stability::Hysteresis, Stability::Compensate][rng.usize(..2)],
+            false => Stability::None,
+        },
+        half_rate: rng.bool().then(|| HalfRate {
+            tolerance: 0.3,
+            fast: [f64::INFINITY, 2.0][rng.usize(..2)],
+        }),
+        transparents: scene.after_transparents,
+        foveation: pick(rng).then(Foveation::default),
+        overshoot: if pick(rng) {
+            vec![[0.85, 1.0], [1.0, 0.7]]
+        } else {
+            Vec::new()
+        },
+        safe_area: pick(rng).then(SafeArea::default),
+        smoothing: [Smoothing::None, Smoothing::Limit, Smoothing::Conservative][rng.usize(..3)],
+        largest: [Rate::R2X2, Rate::R4X2, Rate::R4X4, Rate::R2X4][rng.usize(..4)],
+    }
+}
+
+fn assert_equal(got: &[Vec<u8>; 3], wanted: &Output, plan: &Plan) {
+    let layout = wanted.sri.layout();
+    let smooth = plan.settings.smoothing != Smoothing::None;
+    for y in 0..layout.height {
+        for x in 0..layout.width {
+            let at = (y * layout.pitch + x) as usize;
+            assert_eq!(
+                got[0][at],
+                wanted.sri.code(x, y),
+                "rate of {x},{y}; {:?}\n{plan}{:?}",
+                layout,
+                plan.settings
+            );
+            assert_eq!(
+                got[1][at],
+                wanted.attachment.code(x, y),
+                "attachment {x},{y}\n{plan}{:?}",
+                plan.settings
+            );
+            // the kernel gives its reasons before it smooths
+            if !smooth {
+                assert_eq!(
+                    got[2][at], wanted.reasons[at],
+                    "reason of {x},{y}\n{plan}{:?}",
+                    plan.settings
+                );
+            }
+        }
+        // whole words are written, and no others
+        for x in layout.width.next_multiple_of(4)..layout.pitch {
+            assert_eq!(got[0][(y * layout.pitch + x) as usize], 0xa5);
+        }
+    }
+}
+
+#[test]
+fn the_gpu_makes_the_bytes_of_its_integer_twin() {
+    let gpu = common::gpu();
+    let seed = common::seed();
+    let cases = std::env::var("VRCS_CASES")
+        .ok()
+        .and_then(|n| n.parse().ok())
+        .unwrap_or(10);
+    let sizes = [
+        [64u32, 32],
+        [1, 1],
+        [3, 2],
+        [67, 35],
+        [130, 9],
+        [17, 70],
+        [8, 4],
+        [31, 33],
+    ];
+    for case in 0..cases {
+        let mut rng = Rng::with_seed(seed + case);
+        let mut scene = Scene::default();
+        let settings = settings(&mut rng, &mut scene);
+        let plan = Plan::new(&scene, &settings).expect("settings that the scene serves");
+        let size = sizes[rng.usize(..sizes.len())];
+        let previous = if rng.u32(..3) == 0 {
+            [size[0].div_ceil(2) + 1, size[1] + 3]
+        } else {
+            size
+        };
+        let frame = Frame {
+            size,
+            previous_size: previous,
+            has_history: rng.u32(..16) > 0,
+            resolution_scale: 0.5 + rng.f64() / 2.0,
+        };
+        let made = Made::new(size, previous, &mut rng);
+        let wanted =
+            integer::analyse(&made.inputs(&plan, &frame), &settings).expect("inputs that fit");
+        let got = made.run(&gpu, &plan, &frame);
+        println!("case {case}: {size:?}");
+        assert_equal(&got, &wanted, &plan);
+    }
+}
