@@ -78,6 +78,10 @@ struct Params {
 @group(0) @binding(13) var marks: texture_2d<u32>;
 #endif
 
+#ifdef WRITE_LUMA
+@group(0) @binding(14) var<storage, read_write> sqrt_luma: array<u32>;
+#endif
+
 const ONE: u32 = 16384u;
 const FACTOR_ONE: u32 = 4096u;
 const TABLE_SPEEDS: u32 = 256u;
@@ -714,3 +718,37 @@ fn analyse(
     }
 #endif
 }
+
+#ifdef WRITE_LUMA
+// round(255 sqrt(luma / white)): the root is guessed in float, and made exact in integers.
+fn sqrt_code(value: u32) -> u32 {
+    let square = (min(value, ONE) * 260100u) >> 14u;
+    let guess = u32(sqrt(f32(square)) * 0.5 + 0.5);
+    let more = select(0u, 1u, (2u * guess + 1u) * (2u * guess + 1u) <= square);
+    let odd = max(2u * guess, 1u) - 1u;
+    let less = select(0u, 1u, guess > 0u && odd * odd > square);
+    return guess + more - less;
+}
+
+// An invocation makes one word: four pixels of the previous picture, after transparents if they are told apart.
+@compute @workgroup_size(16, 16)
+fn write_luma(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x * 4u >= params.previous.x || id.y >= params.previous.y {
+        return;
+    }
+    var word = 0u;
+    for (var i = 0u; i < 4u; i++) {
+        let p = vec2<u32>(id.x * 4u + i, id.y);
+        if p.x < params.previous.x {
+#ifdef TRANSPARENTS
+            let value = after_at(p).w;
+#else
+            let value = before_at(p).w;
+#endif
+            // what has no luma is white, which does not hide
+            word |= select(sqrt_code(value), 255u, value == BAD) << (i * 8u);
+        }
+    }
+    sqrt_luma[id.y * params.luma_pitch + id.x] = word;
+}
+#endif

@@ -44,6 +44,9 @@ pub struct Scene {
     pub attachment: bool,
     /// Whether reasons are wanted.
     pub reasons: bool,
+    /// Whether the previous picture's √luma is wanted, for later frames to use instead of its colour. A deblocker that
+    /// writes it already makes this needless; so does a scene that has it.
+    pub sqrt_luma: bool,
 }
 
 /// A binding of the analysis.
@@ -77,10 +80,12 @@ pub enum Binding {
     Noise,
     /// Flags.
     Flags,
+    /// √luma, written.
+    SqrtLuma,
 }
 
 impl Binding {
-    const ALL: [Binding; 14] = [
+    const ALL: [Binding; 15] = [
         Binding::Params,
         Binding::Tables,
         Binding::Rates,
@@ -95,6 +100,7 @@ impl Binding {
         Binding::Materials,
         Binding::Noise,
         Binding::Flags,
+        Binding::SqrtLuma,
     ];
 
     /// Its index in the kernel's group.
@@ -119,6 +125,7 @@ impl Binding {
             Binding::Materials => "materials",
             Binding::Noise => "noise mask",
             Binding::Flags => "flags",
+            Binding::SqrtLuma => "√luma",
         }
     }
 }
@@ -213,6 +220,7 @@ impl Plan {
                 Binding::Materials => has("MATERIALS"),
                 Binding::Noise => has("NOISE"),
                 Binding::Flags => has("FLAGS"),
+                Binding::SqrtLuma => has("WRITE_LUMA"),
             })
             .collect();
         let mut passes = vec![PlannedPass {
@@ -220,6 +228,11 @@ impl Plan {
             bindings: bindings.len(),
             effects,
         }];
+        if passes[0].effects.contains(&"WRITE_LUMA") {
+            let mut luma = passes[0].clone();
+            luma.kernel = "analyse.wgsl (write_luma)";
+            passes.push(luma);
+        }
         let smooth = |effect| PlannedPass {
             kernel: "smooth.wgsl",
             bindings: 3,
@@ -322,6 +335,10 @@ fn effects(scene: &Scene, settings: &Settings) -> Vec<&'static str> {
         ("FLAGS", scene.flags),
         ("ATTACHMENT", scene.attachment),
         ("REASONS", scene.reasons),
+        (
+            "WRITE_LUMA",
+            scene.sqrt_luma && scene.colour != ColourForm::SqrtLuma,
+        ),
     ];
     all.into_iter()
         .filter(|&(_, on)| on)

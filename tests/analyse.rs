@@ -183,13 +183,21 @@ impl Made {
         texture.create_view(&wgpu::TextureViewDescriptor::default())
     }
 
-    fn run(&self, gpu: &Gpu, plan: &Plan, frame: &Frame) -> [Vec<u8>; 3] {
+    fn run(&self, gpu: &Gpu, plan: &Plan, frame: &Frame) -> [Vec<u8>; 4] {
         use wgpu::TextureFormat as F;
         let analysis = Analysis::new(&gpu.device, plan);
         let storage = wgpu::BufferUsages::STORAGE;
         let bytes = SriLayout::new(self.size[0], self.size[1]).bytes() as usize;
         // poisoned: what is not written shows
         let outputs = [0, 1, 2].map(|_| gpu.buffer("out", &vec![0xa5; bytes], storage));
+        let luma = gpu.buffer(
+            "sqrt luma out",
+            &vec![
+                0xa5;
+                self.previous[0].next_multiple_of(256) as usize * self.previous[1] as usize
+            ],
+            storage,
+        );
         let pitch = self.previous[0].next_multiple_of(256) as usize;
         let mut rows = vec![0u8; pitch * self.previous[1] as usize];
         for (i, &code) in self.sqrt.iter().enumerate() {
@@ -236,6 +244,7 @@ impl Made {
             (Binding::Materials, view(3)),
             (Binding::Noise, view(4)),
             (Binding::Flags, view(5)),
+            (Binding::SqrtLuma, luma.as_entire_binding()),
         ];
         let bound = analysis
             .bind(&gpu.device, &resources)
@@ -245,12 +254,12 @@ impl Made {
         analysis.record(
             &mut encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default()),
             &bound,
-            frame.size,
+            frame,
         );
         let read = gpu
-            .submit_and_read(encoder, &[&outputs[0], &outputs[1], &outputs[2]])
+            .submit_and_read(encoder, &[&outputs[0], &outputs[1], &outputs[2], &luma])
             .expect("rates");
-        read.try_into().expect("three buffers")
+        read.try_into().expect("four buffers")
     }
 }
 
@@ -285,6 +294,7 @@ fn settings(rng: &mut Rng, scene: &mut Scene) -> Settings {
     scene.previous_rates = rng.bool();
     scene.attachment = true;
     scene.reasons = true;
+    scene.sqrt_luma = rng.bool();
     let blur = [
         Blur::Scaled,
         Blur::Scaled,
@@ -326,7 +336,7 @@ fn settings(rng: &mut Rng, scene: &mut Scene) -> Settings {
     }
 }
 
-fn assert_equal(got: &[Vec<u8>; 3], wanted: &Output, plan: &Plan) {
+fn assert_equal(got: &[Vec<u8>; 4], wanted: &Output, plan: &Plan) {
     let layout = wanted.sri.layout();
     let smooth = plan.settings.smoothing != Smoothing::None;
     for y in 0..layout.height {
@@ -402,5 +412,12 @@ fn the_gpu_makes_the_bytes_of_its_integer_twin() {
         let got = made.run(&gpu, &plan, &frame);
         println!("case {case}: {size:?}");
         assert_equal(&got, &wanted, &plan);
+        if plan.bindings.contains(&Binding::SqrtLuma) {
+            let pitch = previous[0].next_multiple_of(256);
+            for (x, y) in (0..previous[1]).flat_map(|y| (0..previous[0]).map(move |x| (x, y))) {
+                let at = (y * pitch + x) as usize;
+                assert_eq!(got[3][at], wanted.sqrt_luma[at], "√luma of {x},{y}");
+            }
+        }
     }
 }

@@ -22,6 +22,7 @@ pub struct Analysis {
     plan: Plan,
     layout: wgpu::BindGroupLayout,
     pipeline: wgpu::ComputePipeline,
+    luma: Option<wgpu::ComputePipeline>,
     smoothing: Option<SmoothKernel>,
 }
 
@@ -74,7 +75,7 @@ fn kind(binding: Binding, colour: ColourForm) -> wgpu::BindingType {
     match binding {
         Binding::Params => buffer(wgpu::BufferBindingType::Uniform),
         Binding::Tables | Binding::PreviousRates => read,
-        Binding::Rates | Binding::Attachment | Binding::Reasons => write,
+        Binding::Rates | Binding::Attachment | Binding::Reasons | Binding::SqrtLuma => write,
         Binding::Colour | Binding::After if colour == ColourForm::SqrtLuma => read,
         Binding::Colour | Binding::After => float,
         Binding::Motion
@@ -143,6 +144,15 @@ impl Analysis {
             &plan.defs(),
             "analyse",
         );
+        let luma = plan.bindings.contains(&Binding::SqrtLuma).then(|| {
+            pipeline_of(
+                device,
+                &layout,
+                shader!("analyse.wgsl"),
+                &plan.defs(),
+                "write_luma",
+            )
+        });
         let smoothing = (plan.settings.smoothing != Smoothing::None).then(|| {
             let kinds = [Binding::Params, Binding::Tables, Binding::Rates];
             let layout = layout_of(
@@ -166,6 +176,7 @@ impl Analysis {
             plan: plan.clone(),
             layout,
             pipeline,
+            luma,
             smoothing,
         }
     }
@@ -282,8 +293,9 @@ impl Analysis {
         }
     }
 
-    /// Records the analysis of a picture of `size` into a compute pass.
-    pub fn record(&self, pass: &mut wgpu::ComputePass, bound: &BoundAnalysis, size: [u32; 2]) {
+    /// Records the analysis of a frame into a compute pass.
+    pub fn record(&self, pass: &mut wgpu::ComputePass, bound: &BoundAnalysis, frame: &Frame) {
+        let size = frame.size;
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &bound.group, &[]);
         pass.dispatch_workgroups(
@@ -291,6 +303,11 @@ impl Analysis {
             size[1].div_ceil(self.plan.tile_height()),
             1,
         );
+        if let Some(luma) = &self.luma {
+            let [width, height] = frame.previous_size;
+            pass.set_pipeline(luma);
+            pass.dispatch_workgroups(width.div_ceil(64), height.div_ceil(16), 1);
+        }
         if let Some(kernel) = &self.smoothing {
             pass.set_pipeline(&kernel.pipeline);
             for group in &bound.smooth {

@@ -6,6 +6,7 @@
 //! | [`luma`] | Eq. 25 | §5.1 |
 //! | [`motion`] | b_H, b_Q, standalone, ladder: Eq. 20 to 24 | §4; Wicked Engine |
 //! | [`hysteresis`] | ε and gains by norm | §5.4 |
+//! | [`refit`] | k, b_H and b_Q by their definitions | Eq. 13, 17 to 19 |
 //! | [`smoothing`] | limits between neighbours | §5.4; GDC pass 3 |
 //! | [`settings`] | every effect's parameters | |
 //! | [`inputs`] | what goes in and what comes out | |
@@ -34,6 +35,7 @@ pub mod motion;
 pub mod params;
 pub mod pipeline;
 pub mod reasons;
+pub mod refit;
 pub mod settings;
 pub mod smoothing;
 

@@ -652,3 +652,114 @@ fn closed_loop(norm: Norm, stability: Stability, slope: f64) -> usize {
     }
     flips
 }
+
+#[test]
+fn a_neutral_input_changes_no_byte() {
+    let mut rng = rng();
+    let size = [34, 22];
+    let count = (size[0] * size[1]) as usize;
+    let picture = natural(size, 0.7, &mut rng);
+    let plain = Inputs::of_colour(size, Colour::Codes(&picture));
+    let wanted = integer::analyse(&plain, &Settings::default())
+        .expect("inputs")
+        .sri;
+    let (still, depth) = (vec![[0.0; 2]; count], vec![0.5; count]);
+    let (dull, quiet, none) = (vec![[255, 0]; count], vec![0; count], vec![0; count]);
+    let full = Sri::uniform(size[0], size[1], Rate::R1X1);
+    let inputs = Inputs {
+        after: Some(Colour::Codes(&picture)),
+        motion: Some(&still),
+        depth: Some(&depth),
+        previous_depth: Some(&depth),
+        previous_rates: Some(&full),
+        materials: Some(&dull),
+        noise: Some(&quiet),
+        flags: Some(&none),
+        ..plain
+    };
+    let settings = Settings {
+        motion: Some(Motion::default()),
+        reprojection: Some(Reprojection::default()),
+        materials: Some(Materials::default()),
+        stability: Stability::Compensate,
+        half_rate: Some(HalfRate::default()),
+        transparents: true,
+        foveation: Some(Foveation::default()),
+        overshoot: vec![[0.85, 1.0], [1.0, 1.0]],
+        safe_area: Some(SafeArea {
+            width: 0,
+            ..SafeArea::default()
+        }),
+        ..Settings::default()
+    };
+    let found = integer::analyse(&inputs, &settings).expect("inputs");
+    assert_eq!(found.sri, wanted);
+    assert_eq!(found.attachment, wanted);
+}
+
+#[test]
+fn a_shift_by_one_pixel_changes_few_quads() {
+    // a quad's window holds its neighbours, so that pairs are not lost when the picture moves (§3.1)
+    let mut rng = rng();
+    let wide = natural([130, 64], 0.6, &mut rng);
+    let cut = |left: u32| -> Sri {
+        let picture: Vec<[u8; 4]> = (0..128 * 64u32)
+            .map(|i| wide[(i / 128 * 130 + i % 128 + left) as usize])
+            .collect();
+        let inputs = Inputs::of_colour([128, 64], Colour::Codes(&picture));
+        integer::analyse(&inputs, &Settings::default())
+            .expect("inputs")
+            .sri
+    };
+    let (here, shifted) = (cut(0), cut(1));
+    let changed = (0..64 * 32)
+        .filter(|q| here.code(q % 64, q / 64) != shifted.code(q % 64, q / 64))
+        .count();
+    println!("{changed} of 2048 quads change under a shift by one pixel");
+    assert!(changed * 4 < 2048, "{changed}");
+}
+
+#[test]
+fn e36_a_change_of_resolution_rescales_history() {
+    // the left half plain, the right half striped, at two resolutions
+    let picture = |width: u32, height: u32| -> Vec<[u8; 4]> {
+        (0..width * height)
+            .map(|i| match i % width < width / 2 {
+                true => [120; 4],
+                false => [(i / width % 2 * 255) as u8; 4],
+            })
+            .collect()
+    };
+    let before = picture(32, 16);
+    let inputs = Inputs {
+        size: [64, 32],
+        previous_size: [32, 16],
+        ..Inputs::of_colour([32, 16], Colour::Codes(&before))
+    };
+    let found = integer::analyse(&inputs, &Settings::default()).expect("inputs");
+    for y in 0..16 {
+        assert_eq!(found.sri.code(3, y), Rate::R2X2.code());
+        assert_eq!(found.sri.code(28, y), Rate::R2X1.code(), "row {y}");
+    }
+}
+
+#[test]
+fn inputs_that_do_not_fit_are_refused_by_name() {
+    let picture = [[0u8; 4]; 12];
+    let inputs = Inputs::of_colour([4, 4], Colour::Codes(&picture));
+    let error = integer::analyse(&inputs, &Settings::default()).expect_err("12 of 16 pixels");
+    assert_eq!(
+        error.to_string(),
+        "colour has 12 pixels; its picture has 16"
+    );
+    let inputs = Inputs::of_colour([4, 3], Colour::Codes(&picture));
+    let settings = Settings {
+        motion: Some(Motion::default()),
+        ..Settings::default()
+    };
+    let error = integer::analyse(&inputs, &settings).expect_err("no motion");
+    assert_eq!(
+        error.to_string(),
+        "the settings call for motion vectors, which is not given"
+    );
+}
