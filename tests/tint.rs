@@ -12,9 +12,17 @@ use vrcs_passes::{Entries, Options, Source, emit, input, rewrite};
 fn shaders() -> BTreeMap<String, String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut shaders = BTreeMap::new();
-    for folder in ["tests/shaders", "passes/tests/rewritten", "shaders"] {
+    for folder in [
+        "tests/shaders",
+        "tests/barrier_shaders",
+        "passes/tests/rewritten",
+        "shaders",
+    ] {
         for entry in std::fs::read_dir(root.join(folder)).expect("shaders") {
             let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                continue;
+            }
             let text = std::fs::read_to_string(&path).expect("a shader");
             let before = text
                 .split("// ---- becomes ----")
@@ -22,7 +30,7 @@ fn shaders() -> BTreeMap<String, String> {
                 .unwrap_or_default()
                 .to_owned();
             // kernels of the runtime are composed, and not rewritten
-            if !before.contains("#{") {
+            if !before.contains("#{") && !before.contains("#define_import_path") {
                 let name = path
                     .strip_prefix(root)
                     .expect("a shader of ours")

@@ -95,6 +95,12 @@ codes! {
     /// The shader reads its own pixel of a target that it also writes. Duplicates take their primary's value, state
     /// included, so that blocks that stay coarse share one history.
     SharedState = 101, Warning;
+    /// A value is handed from each invocation to the one that shades for it, through workgroup memory: it cannot be
+    /// computed from the ids. That takes memory, and sometimes a barrier.
+    Exchanged = 102, Warning;
+    /// A region between two barriers works for the whole workgroup and stores to a target with what it finds out. Every
+    /// invocation runs it; those whose pixel is a duplicate only keep from storing, so no wave retires there.
+    MaskedRegion = 103, Warning;
 }
 
 impl fmt::Display for Code {

@@ -221,6 +221,8 @@ struct Rewriter<'r> {
     rewritten: Vec<usize>,
     /// Each clone, and what it was made from.
     clones: Vec<(usize, FunctionRef, Handle<Function>)>,
+    /// Each entry point that was split, and what it became.
+    split: Vec<(usize, Handle<Function>)>,
     warnings: Vec<(String, Finding)>,
 }
 
@@ -241,6 +243,7 @@ impl<'r> Rewriter<'r> {
             manifest: Manifest::new(),
             rewritten: Vec::new(),
             clones: Vec::new(),
+            split: Vec::new(),
             warnings: Vec::new(),
         })
     }
@@ -255,8 +258,8 @@ impl<'r> Rewriter<'r> {
             return Err(vec![finding.help("rewrite the shader that it came from")]);
         }
         let facts = Facts::new(self.original, index);
-        let mut plan = plan::plan(self.original, self.info, &facts, index)?;
-        let clones = transform::apply(
+        let mut plan = plan::plan(self.original, self.info, &facts, index, self.options)?;
+        let applied = transform::apply(
             &mut self.module,
             self.original,
             self.info,
@@ -264,9 +267,14 @@ impl<'r> Rewriter<'r> {
             &mut plan,
             &mut self.imports,
             self.options,
+        )?;
+        self.clones.extend(
+            applied
+                .clones
+                .into_iter()
+                .map(|(of, clone)| (index, of, clone)),
         );
-        self.clones
-            .extend(clones.into_iter().map(|(of, clone)| (index, of, clone)));
+        self.split.extend(applied.split.map(|split| (index, split)));
         self.manifest.entries.push(manifest::entry(
             self.original,
             self.info,
@@ -275,6 +283,10 @@ impl<'r> Rewriter<'r> {
             self.placement,
             &plan.targets,
         ));
+        if let (Some(group), Some(entry)) = (plan.group.take(), self.manifest.entries.last_mut()) {
+            let size = default_group_size(self.original, self.info, index);
+            entry.set_group(group.report, size);
+        }
         self.warnings
             .extend(plan.warnings.drain(..).map(|w| (name.clone(), w)));
         self.rewritten.push(index);
@@ -299,6 +311,16 @@ impl<'r> Rewriter<'r> {
             .collect();
         verify::follows(self.original, &self.module, &self.rewritten, &clones)
             .map_err(|broken| defect(broken.to_string()))?;
+        for &(entry, split) in &self.split {
+            let before = &self.original.entry_points[entry].function;
+            verify::barriers(
+                before,
+                &self.module,
+                split,
+                &self.module.entry_points[entry].function,
+            )
+            .map_err(|broken| defect(broken.to_string()))?;
+        }
         let info = Validator::new(ValidationFlags::all(), Capabilities::all())
             .validate(&self.module)
             .map_err(|error| defect(format!("{:?}", error.into_inner())))?;
@@ -309,6 +331,24 @@ impl<'r> Rewriter<'r> {
             warnings: self.warnings,
             left_alone,
         })
+    }
+}
+
+/// The workgroup size of an entry point if no override is set; ones where overrides have no value of their own.
+fn default_group_size(module: &Module, info: &ModuleInfo, index: usize) -> [u32; 3] {
+    let entry = &module.entry_points[index];
+    if entry.workgroup_size_overrides.is_none() {
+        return entry.workgroup_size;
+    }
+    let resolved = naga::back::pipeline_constants::process_overrides(
+        module,
+        info,
+        Some((entry.stage, &entry.name)),
+        &naga::back::PipelineConstants::default(),
+    );
+    match resolved {
+        Ok((module, _)) => module.entry_points[0].workgroup_size,
+        Err(_) => [1; 3],
     }
 }
 

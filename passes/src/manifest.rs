@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use crate::{
     finding::Finding,
     options::{FullTiles, MaxRate, Mode, Options, Policy},
-    plan::TargetPlan,
+    plan::{TargetPlan, regions::report::Group},
     source::Source,
     transform::bindings::Placement,
 };
@@ -136,8 +136,41 @@ pub struct Entry {
     pub bindings: Vec<Binding>,
     /// The resources that it stores to.
     pub targets: Vec<Target>,
+    /// For a shader whose invocations work together: how it was taken apart. Then the tile is the workgroup, its overrides
+    /// resolved, and `tile`, `workgroup_size` and `dispatch` tell what it is if no override is set.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub group: Option<Group>,
     /// Findings that did not stop the rewrite.
     pub warnings: Vec<Warning>,
+}
+
+impl Entry {
+    /// Makes the tile the workgroup.
+    pub(crate) fn set_group(&mut self, group: Group, size: [u32; 3]) {
+        self.group = Some(group);
+        self.workgroup_size = size;
+        self.tile = [size[0], size[1]];
+        self.dispatch = Dispatch { divide: size };
+    }
+
+    /// The tile of the coordinate buffer, for the workgroup size that the original has with its overrides.
+    pub fn tile_for(&self, original_workgroup_size: [u32; 3]) -> [u32; 2] {
+        match self.group {
+            Some(_) => [original_workgroup_size[0], original_workgroup_size[1]],
+            None => self.tile,
+        }
+    }
+
+    /// The number of workgroups to dispatch for a logical extent, for the workgroup size that the original has with its
+    /// overrides.
+    pub fn groups_for(&self, extent: [u32; 3], original_workgroup_size: [u32; 3]) -> [u32; 3] {
+        match self.group {
+            Some(_) => std::array::from_fn(|axis| {
+                extent[axis].div_ceil(original_workgroup_size[axis].max(1))
+            }),
+            None => self.dispatch.groups(extent),
+        }
+    }
 }
 
 /// The rule for the number of workgroups.
@@ -320,6 +353,7 @@ pub fn entry(
                 })
             })
             .collect(),
+        group: None,
         warnings: Vec::new(),
     }
 }

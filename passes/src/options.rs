@@ -50,6 +50,19 @@ pub enum Policy {
     Copy,
 }
 
+/// How the work between a shader's barriers is saved.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Barriers {
+    /// Each region falls into a part for the whole workgroup and a part for primaries only, and whole subgroups skip the
+    /// latter.
+    #[default]
+    Split,
+    /// Every invocation runs everything with its own ids, and only primaries store: nothing is saved but stores. For
+    /// comparison.
+    Mask,
+}
+
 /// The options of a rewrite.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Options {
@@ -66,6 +79,17 @@ pub struct Options {
     pub full_tiles: FullTiles,
     /// How many bind groups does the device have? WebGPU's default is 4.
     pub max_bind_groups: u32,
+    /// How is the work between barriers saved?
+    #[serde(default)]
+    pub barriers: Barriers,
+    /// How many bytes of workgroup memory does the device have? WebGPU's default is 16384. Only shaders with barriers
+    /// take any.
+    #[serde(default = "default_workgroup_memory")]
+    pub max_workgroup_memory: u32,
+}
+
+fn default_workgroup_memory() -> u32 {
+    16384
 }
 
 impl Default for Options {
@@ -77,6 +101,8 @@ impl Default for Options {
             wave: 32,
             full_tiles: FullTiles::default(),
             max_bind_groups: 4,
+            barriers: Barriers::default(),
+            max_workgroup_memory: default_workgroup_memory(),
         }
     }
 }

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use vrcs_passes::{Color, Entries, Options, Source, emit, input, rewrite};
 
 /// Functions, types and variables of the prelude.
-const PRELUDE: [&str; 13] = [
+const PRELUDE: [&str; 18] = [
     "struct VrcsParams",
     "const VRCS_",
     "var<uniform> vrcs_params",
@@ -21,6 +21,11 @@ const PRELUDE: [&str; 13] = [
     "fn vrcs_take",
     "fn vrcs_relative",
     "fn vrcs_prefix",
+    "fn vrcs_tile_is_empty",
+    "fn vrcs_group",
+    "fn vrcs_change_pixel",
+    "var<private> vrcs_on",
+    "var<private> vrcs_lane",
     "fn vrcs_duplicate",
     "fn vrcs_delta",
 ];

@@ -154,7 +154,7 @@ impl Session<'_> {
 
     pub(super) fn build_options(&self, full_tiles: FullTiles) -> BuildOptions {
         BuildOptions {
-            tile: self.job.options.tile,
+            tile: self.tile,
             wave: self.job.options.wave,
             full_tiles,
             largest: self.job.largest(),
@@ -189,7 +189,7 @@ impl Session<'_> {
             binding: manifest.bindings[index].binding,
         };
         let mut extras = vec![(at(0), &params), (at(1), &coords)];
-        let groups = manifest.dispatch.groups(extent);
+        let groups = manifest.groups_for(extent, self.group_size);
         let (outputs, _) = self.run_build(
             &builds.rewritten,
             &set.made,

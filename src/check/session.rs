@@ -112,6 +112,8 @@ pub fn check_rewritten(
                 .collect(),
         },
         seen: Seen::default(),
+        group_size: [1; 3],
+        tile: job.options.tile,
     };
     match session.run(progress) {
         Ok(()) => {}
@@ -158,6 +160,10 @@ pub(super) struct Session<'s> {
     pub(super) constants: Vec<(String, f64)>,
     pub(super) report: Report,
     pub(super) seen: Seen,
+    /// The workgroup size of the original, its overrides resolved.
+    pub(super) group_size: [u32; 3],
+    /// The tile of the coordinate buffer.
+    pub(super) tile: [u32; 2],
 }
 
 /// One shading-rate image and what belongs to it.
@@ -190,6 +196,8 @@ impl Session<'_> {
         let group_size =
             crate::dispatch::group_size(self.module, self.info, &self.job.entry, &keyed)
                 .map_err(|error| Stop::Verdict(Verdict::NotRunnable, error.to_string()))?;
+        self.group_size = group_size;
+        self.tile = self.rewritten.manifest.entries[0].tile_for(group_size);
         let sets = self.job.cases.div_ceil(CASES_PER_SET).max(1);
         let mut watch = self.watch(group_size)?;
         let mut builds = None;

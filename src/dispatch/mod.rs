@@ -202,7 +202,9 @@ impl Pass {
     /// theirs, with dynamic offsets and immediates as they need.
     pub fn dispatch(&self, pass: &mut wgpu::ComputePass, view: &View) {
         let group = view.bind_group(self.original_group_size);
-        let [x, y, z] = self.manifest.dispatch.groups(view.extent());
+        let [x, y, z] = self
+            .manifest
+            .groups_for(view.extent(), self.original_group_size);
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(self.group, &group, &[]);
         pass.dispatch_workgroups(x, y, z);

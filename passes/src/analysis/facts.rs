@@ -46,6 +46,10 @@ pub struct FunctionFacts {
     pub reads: BTreeSet<Handle<GlobalVariable>>,
     /// Private variables that it writes.
     pub writes: BTreeSet<Handle<GlobalVariable>>,
+    /// Workgroup variables that it reads.
+    pub group_reads: BTreeSet<Handle<GlobalVariable>>,
+    /// Workgroup variables that it writes, atomics among them.
+    pub group_writes: BTreeSet<Handle<GlobalVariable>>,
     /// The number of expressions, with those of its callees once for each call.
     pub weight: usize,
 }
@@ -173,7 +177,10 @@ impl Facts {
                     AddressSpace::Private => {
                         found.reads.insert(global);
                     }
-                    AddressSpace::WorkGroup => found.effects |= Effects::WORKGROUP,
+                    AddressSpace::WorkGroup => {
+                        found.effects |= Effects::WORKGROUP;
+                        found.group_reads.insert(global);
+                    }
                     AddressSpace::Storage { .. } => {
                         found.reads_memory = true;
                         if self.is_written(global, &steps) {
@@ -238,6 +245,8 @@ impl Facts {
                 found.reads_memory |= callee.reads_memory;
                 found.reads.extend(&callee.reads);
                 found.writes.extend(&callee.writes);
+                found.group_reads.extend(&callee.group_reads);
+                found.group_writes.extend(&callee.group_writes);
                 found.weight = found.weight.saturating_add(callee.weight);
                 for &argument in arguments {
                     let (root, _) = constant_steps(function, argument);
@@ -273,7 +282,10 @@ impl Facts {
             AddressSpace::Private => {
                 found.writes.insert(global);
             }
-            AddressSpace::WorkGroup => found.effects |= Effects::WORKGROUP,
+            AddressSpace::WorkGroup => {
+                found.effects |= Effects::WORKGROUP;
+                found.group_writes.insert(global);
+            }
             _ => found.effects |= effect,
         }
     }

@@ -120,7 +120,7 @@ fn explain_entry(
         explained.findings.extend(told);
     }
     let facts = Facts::new(module, index);
-    if let Ok(plan) = plan::plan(module, info, &facts, index) {
+    if let Ok(plan) = plan::plan(module, info, &facts, index, options) {
         let words = Words {
             module,
             source,

@@ -82,6 +82,12 @@ impl<'a> Code<'a> {
         self.blocks.pop().unwrap_or_default()
     }
 
+    /// What is written from now on serves another statement.
+    pub fn set_span(&mut self, span: Span) {
+        self.flush();
+        self.span = span;
+    }
+
     fn flush(&mut self) {
         let Some(start) = self.emitting.take() else {
             return;

@@ -20,8 +20,13 @@
 //! - rule 9: in a clone, the author's statements stand in the same order, each once, with nothing but calls and stores to
 //!   private variables of ours between them.
 //!
-//! *Not checked*: types of operands, control flow, capabilities: naga's validator does that. Barriers under
-//! conditions: entry points with barriers are not rewritten.
+//! [`barriers`] checks one more, of an entry point with barriers:
+//!
+//! 10. a barrier stands under the author's own conditions only, and nothing of ours returns before one, but for the test
+//!     whether the whole workgroup has nothing to do.
+//!
+//! *Not checked*: types of operands, control flow, capabilities: naga's validator does that. Whether the author's own
+//! conditions are uniform: [`plan::regions`](crate::plan::regions) does that.
 
 use std::fmt;
 
@@ -347,6 +352,99 @@ pub fn follows(
         }
     }
     Ok(())
+}
+
+/// Checks rule 10 of an entry point that was split: `before` is the author's, `split` what it became in `module`, `entry`
+/// the new entry point.
+///
+/// # Errors
+/// If the rule is broken.
+pub fn barriers(
+    before: &Function,
+    module: &Module,
+    split: Handle<Function>,
+    entry: &Function,
+) -> Result<(), Broken> {
+    let broken = |within: &str, what: &str| {
+        Err(Broken {
+            rule: 10,
+            within: within.to_owned(),
+            what: what.to_owned(),
+        })
+    };
+    let function = &module.functions[split];
+    let name = function.name.as_deref().unwrap_or_default();
+    let is_authors = |condition: Handle<Expression>| condition.index() < before.expressions.len();
+    if !are_barriers_under(module, &function.body, true, &is_authors) {
+        return broken(name, "a barrier stands under a condition of ours");
+    }
+    let mut returns = (0, 0);
+    visit::statements(&before.body, &mut |s| {
+        returns.0 += u32::from(matches!(s, Statement::Return { .. }));
+    });
+    // what stands behind the last barrier may return as it likes
+    let last = function.body.iter().rposition(|s| has_barrier(module, s));
+    for statement in function.body.iter().take(last.unwrap_or(0)) {
+        returns.1 += count_returns(statement);
+    }
+    if returns.1 > returns.0 {
+        return broken(name, "a return of ours stands before a barrier");
+    }
+    if !are_barriers_under(module, &entry.body, true, &|_| false) {
+        return broken("the new entry point", "a barrier stands under a condition");
+    }
+    Ok(())
+}
+
+fn count_returns(statement: &Statement) -> u32 {
+    let mut count = u32::from(matches!(statement, Statement::Return { .. }));
+    for block in blocks(statement) {
+        visit::statements(block, &mut |s| {
+            count += u32::from(matches!(s, Statement::Return { .. }))
+        });
+    }
+    count
+}
+
+/// Whether a statement or what it calls has a barrier.
+fn has_barrier(module: &Module, statement: &Statement) -> bool {
+    match *statement {
+        Statement::ControlBarrier(_) | Statement::WorkGroupUniformLoad { .. } => true,
+        Statement::Call { function, .. } => {
+            let callee = &module.functions[function];
+            callee.body.iter().any(|s| has_barrier(module, s))
+        }
+        _ => blocks(statement)
+            .iter()
+            .any(|block| block.iter().any(|s| has_barrier(module, s))),
+    }
+}
+
+/// Whether all barriers in a block stand under conditions that `is_allowed` accepts, where what is around is `allowed`.
+fn are_barriers_under(
+    module: &Module,
+    block: &Block,
+    allowed: bool,
+    is_allowed: &dyn Fn(Handle<Expression>) -> bool,
+) -> bool {
+    block.iter().all(|statement| {
+        if !has_barrier(module, statement) {
+            return true;
+        }
+        let inside = match *statement {
+            Statement::If { condition, .. } => allowed && is_allowed(condition),
+            Statement::Switch { selector, .. } => allowed && is_allowed(selector),
+            Statement::Loop { break_if, .. } => allowed && break_if.is_none_or(is_allowed),
+            _ => allowed,
+        };
+        let blocks = blocks(statement);
+        match blocks.is_empty() {
+            true => allowed,
+            false => blocks
+                .into_iter()
+                .all(|block| are_barriers_under(module, block, inside, is_allowed)),
+        }
+    })
 }
 
 fn starts_with<'t, T: PartialEq + 't>(

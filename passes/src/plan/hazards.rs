@@ -34,23 +34,8 @@ impl Planner<'_> {
         let ties: Vec<_> = self.found.ties.iter().map(|t| (t.tie, t.span)).collect();
         for (tie, span) in ties {
             match tie {
-                Tie::Barrier => self.say(
-                    Finding::new(
-                        Code::WorkgroupMemory,
-                        "the shader has a barrier, so its invocations cannot leave early",
-                    )
-                    .at(span, "every invocation of the workgroup has to get here"),
-                ),
-                Tie::WorkGroup(global) => {
-                    let name = self.name(global);
-                    self.say(
-                        Finding::new(
-                            Code::WorkgroupMemory,
-                            format!("the shader uses the workgroup variable `{name}`"),
-                        )
-                        .at(span, "shared by the invocations of a workgroup"),
-                    );
-                }
+                // the regions between the barriers say what can be done
+                Tie::Barrier | Tie::WorkGroup(_) => {}
                 Tie::Subgroup(operation) => self.say(
                     Finding::new(
                         Code::SubgroupOperation,

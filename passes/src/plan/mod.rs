@@ -8,6 +8,7 @@ mod addresses;
 mod captures;
 mod domain;
 mod hazards;
+pub mod regions;
 
 use naga::{GlobalVariable, Handle, Module, Span, valid::ModuleInfo};
 
@@ -21,10 +22,11 @@ use crate::{
         walk::{Found, walk},
     },
     finding::{Finding, Severity},
-    options::Policy,
+    options::{Options, Policy},
 };
 
 pub use captures::{Capture, CaptureSource};
+pub use regions::GroupPlan;
 
 /// What is done with one entry point.
 pub struct EntryPlan<'a> {
@@ -36,6 +38,8 @@ pub struct EntryPlan<'a> {
     pub domain: Vec<Formula>,
     /// The resources that it stores to, in the order of their declaration.
     pub targets: Vec<TargetPlan>,
+    /// What is done besides if invocations work together.
+    pub group: Option<GroupPlan>,
     /// Warnings.
     pub warnings: Vec<Finding>,
 }
@@ -90,6 +94,7 @@ pub fn plan<'a>(
     info: &'a ModuleInfo,
     facts: &'a Facts,
     entry: usize,
+    options: &Options,
 ) -> Result<EntryPlan<'a>, Vec<Finding>> {
     let found = walk(module, info, facts, entry);
     let mut planner = Planner {
@@ -101,6 +106,7 @@ pub fn plan<'a>(
         findings: Vec::new(),
     };
     planner.check_hazards();
+    let group = planner.plan_group(facts, options.barriers);
     let domain = planner.domain();
     let copies = planner.plan_copies(&domain);
     let (refusals, warnings): (Vec<_>, Vec<_>) = planner
@@ -123,6 +129,7 @@ pub fn plan<'a>(
         copies,
         domain: domain.shared,
         targets,
+        group,
         warnings,
     })
 }

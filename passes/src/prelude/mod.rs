@@ -13,6 +13,7 @@ use crate::options::{Mode, Options};
 
 const COMMON: &str = include_str!("common.wgsl");
 const TILED: &str = include_str!("tiled.wgsl");
+const GROUP: &str = include_str!("group.wgsl");
 
 /// What the text of the prelude depends on.
 type Key = (Mode, [u32; 2]);
@@ -34,7 +35,8 @@ fn text(options: &Options) -> String {
     let [width, height] = options.tile;
     let Mode::Tiled = options.mode;
     format!(
-        "const VRCS_TILE_WIDTH: u32 = {width}u;\nconst VRCS_TILE_HEIGHT: u32 = {height}u;\n{COMMON}{TILED}"
+        "const VRCS_TILE_WIDTH: u32 = {width}u;\nconst VRCS_TILE_HEIGHT: u32 = {height}u;\nconst VRCS_GROUP_ROOM: u32 = {}u;\n{COMMON}{TILED}{GROUP}",
+        width * height
     )
 }
 

@@ -8,16 +8,30 @@ pub mod bindings;
 pub mod copies;
 pub mod prologue;
 pub mod recompute;
+pub mod regions;
 pub mod specialise;
 
 use naga::{Function, Handle, Module, valid::ModuleInfo};
 
-use crate::{analysis::FunctionRef, ir::import::Imports, options::Options, plan::EntryPlan};
+use crate::{
+    analysis::FunctionRef, finding::Finding, ir::import::Imports, options::Options, plan::EntryPlan,
+};
 use copies::Copies;
 use specialise::Specialise;
 
+/// What was made for an entry point.
+pub struct Applied {
+    /// The clones, and what each was made from.
+    pub clones: Vec<(FunctionRef, Handle<Function>)>,
+    /// The entry point as an ordinary function, if it was split: it has the author's statements twice, or not at all.
+    pub split: Option<Handle<Function>>,
+}
+
 /// Rewrites one entry point of `module`, a copy of `original` that may already hold other rewritten entry points. Gives the
 /// clones that were made, and what each was made from.
+///
+/// # Errors
+/// If what is added to a shader with barriers does not fit into workgroup memory.
 pub fn apply(
     module: &mut Module,
     original: &Module,
@@ -26,7 +40,10 @@ pub fn apply(
     plan: &mut EntryPlan,
     imports: &mut Imports,
     options: &Options,
-) -> Vec<(FunctionRef, Handle<Function>)> {
+) -> Result<Applied, Vec<Finding>> {
+    if plan.group.is_some() {
+        return apply_to_group(module, original, info, entry, plan, imports, options);
+    }
     let found = &mut plan.found;
     let prologue = prologue::import(
         module,
@@ -66,5 +83,87 @@ pub fn apply(
     let [width, height] = options.tile;
     rewritten.workgroup_size = [width, height, 1];
     rewritten.workgroup_size_overrides = None;
-    clones
+    Ok(Applied {
+        clones,
+        split: None,
+    })
+}
+
+/// Rewrites an entry point whose invocations work together: the workgroup stays as it is, and the tile is the workgroup.
+fn apply_to_group(
+    module: &mut Module,
+    original: &Module,
+    info: &ModuleInfo,
+    entry: usize,
+    plan: &mut EntryPlan,
+    imports: &mut Imports,
+    options: &Options,
+) -> Result<Applied, Vec<Finding>> {
+    let Some(group) = &mut plan.group else {
+        unreachable!("only entry points whose invocations work together come here");
+    };
+    let found = &mut plan.found;
+    let tile = match group.size {
+        [Some(width), Some(height), _] => [width, height],
+        _ => [regions::LARGEST_GROUP, 1],
+    };
+    let options = Options {
+        tile,
+        ..options.clone()
+    };
+    let wanted = regions::entry::Wanted {
+        options: &options,
+        group_size: found.group_size,
+        entry,
+        domain: &plan.domain,
+        is_masked: group.is_masked,
+    };
+    let (prologue, prelude) = regions::entry::import(module, imports, &mut found.terms, &wanted);
+    let mut copies = Copies::new(
+        &mut found.terms,
+        found.group_size,
+        entry,
+        &prologue,
+        options.max_rate,
+    );
+    let specialise = Specialise::new(
+        original,
+        info,
+        entry,
+        &found.instances,
+        &found.accesses,
+        &plan.copies,
+    );
+    let (inner, clones) = specialise.run(module, &mut copies);
+    regions::split(
+        module,
+        entry,
+        inner,
+        &prelude,
+        tile[0] * tile[1],
+        options.barriers,
+    )?;
+    let function = regions::entry::entry_function(
+        module,
+        &found.terms,
+        found.group_size,
+        entry,
+        &prologue,
+        &prelude,
+        inner,
+    );
+    let name = &original.entry_points[entry].name;
+    let author = original.global_variables.len();
+    let memory = regions::check_memory(module, &function, name, author, &options)
+        .map_err(|finding| vec![finding])?;
+    group.report.author_memory = memory.author;
+    group.report.added_memory = memory.added;
+    module.entry_points[entry].function = function;
+    Ok(Applied {
+        clones: clones
+            .into_iter()
+            .filter(|&(_, clone)| clone != inner)
+            .collect(),
+        split: Some(inner),
+    })
 }

@@ -93,7 +93,7 @@ pub fn import(
 }
 
 /// The shader's domain as a function of a pixel.
-fn domain_function(
+pub(super) fn domain_function(
     module: &mut Module,
     terms: &mut Terms,
     group_size: [TermId; 3],

@@ -1,0 +1,417 @@
+//! Cuts a function with barriers into regions.
+//!
+//! *Does*: numbers the statements as [`rebuild`](crate::ir::statements::rebuild) does, tells which of them are the
+//! *skeleton* that all invocations walk through together (barriers, what holds a barrier, what jumps past one), and
+//! gathers what stands between into regions. Regions between which an invocation can walk without a barrier share a
+//! *stretch*: what one of them writes to workgroup memory, nobody else may read in the others.
+//! *Refuses*: calls of functions with barriers inside.
+
+use std::collections::BTreeMap;
+
+use naga::{Block, Expression, Function, Handle, Span, Statement};
+
+use super::Names;
+use crate::{
+    analysis::{Facts, facts::Effects},
+    finding::{Code, Finding},
+    ir::visit,
+};
+
+/// A region, by its place in [`Skeleton::regions`].
+pub type RegionId = usize;
+
+/// A run of statements without a barrier.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Region {
+    /// What can be reached without a barrier.
+    pub stretch: usize,
+    /// Whether no barrier can follow, so that statements in it may return.
+    pub is_last: bool,
+    /// Whether a barrier of workgroup memory stands right behind it.
+    pub before_barrier: bool,
+    /// Whether it is run again without another barrier than the one behind it on the way.
+    pub needs_entry_barrier: bool,
+}
+
+/// A statement.
+#[derive(Clone, Debug)]
+pub struct Node {
+    /// The statement around it.
+    pub parent: Option<u32>,
+    /// The region that it lies in; `None` for the skeleton.
+    pub region: Option<RegionId>,
+    /// For a jump, what it leaves or repeats.
+    pub target: Option<u32>,
+    /// Where it stands in the source.
+    pub span: Span,
+}
+
+/// A function's statements, told apart.
+#[derive(Clone, Debug)]
+pub struct Skeleton {
+    /// The statements, by number.
+    pub nodes: Vec<Node>,
+    /// The regions, in the order of the text.
+    pub regions: Vec<Region>,
+    /// The region of each expression that one computes.
+    pub home: BTreeMap<Handle<Expression>, RegionId>,
+    /// The statement that gives each expression: its `Emit`, its call, its atomic.
+    pub giver: BTreeMap<Handle<Expression>, u32>,
+}
+
+/// Gives each stretch a number; joined ones share it.
+#[derive(Default)]
+struct Stretches {
+    joined: Vec<usize>,
+}
+
+impl Stretches {
+    fn fresh(&mut self) -> usize {
+        self.joined.push(self.joined.len());
+        self.joined.len() - 1
+    }
+
+    fn of(&self, mut stretch: usize) -> usize {
+        while self.joined[stretch] != stretch {
+            stretch = self.joined[stretch];
+        }
+        stretch
+    }
+
+    fn join(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.of(a), self.of(b));
+        self.joined[a.max(b)] = a.min(b);
+    }
+}
+
+/// A loop or switch of the skeleton that the walk is inside of.
+struct Around {
+    statement: u32,
+    is_loop: bool,
+    breaks: usize,
+    continues: usize,
+}
+
+struct Walk<'w> {
+    facts: &'w Facts,
+    names: &'w Names<'w>,
+    found: Skeleton,
+    stretches: Stretches,
+    around: Vec<Around>,
+    findings: Vec<Finding>,
+}
+
+impl Skeleton {
+    /// Cuts a function into regions.
+    ///
+    /// # Errors
+    /// Calls that hide a barrier.
+    pub fn find(
+        facts: &Facts,
+        function: &Function,
+        names: &Names,
+    ) -> Result<Skeleton, Vec<Finding>> {
+        let mut walk = Walk {
+            facts,
+            names,
+            found: Skeleton {
+                nodes: Vec::new(),
+                regions: Vec::new(),
+                home: BTreeMap::new(),
+                giver: BTreeMap::new(),
+            },
+            stretches: Stretches::default(),
+            around: Vec::new(),
+            findings: Vec::new(),
+        };
+        let first = walk.stretches.fresh();
+        walk.block(&function.body, None, first, true, false);
+        if !walk.findings.is_empty() {
+            return Err(walk.findings);
+        }
+        for region in &mut walk.found.regions {
+            region.stretch = walk.stretches.of(region.stretch);
+        }
+        Ok(walk.found)
+    }
+
+    /// Whether `outer` is `inner` or stands around it.
+    pub fn is_inside(&self, mut inner: u32, outer: u32) -> bool {
+        loop {
+            if inner == outer {
+                return true;
+            }
+            match self.nodes[inner as usize].parent {
+                Some(parent) => inner = parent,
+                None => return false,
+            }
+        }
+    }
+}
+
+impl Walk<'_> {
+    /// Walks a block of the skeleton from a stretch on; the stretch at its end. `last`: no barrier can follow the block.
+    /// `again`: the block is a loop's body.
+    fn block(
+        &mut self,
+        block: &Block,
+        parent: Option<u32>,
+        mut stretch: usize,
+        last: bool,
+        again: bool,
+    ) -> usize {
+        let last_barrier = block.iter().rposition(has_barrier);
+        let ends_here = |index: usize| {
+            last && block
+                .iter()
+                .skip(index + 1)
+                .all(|s| matches!(s, Statement::Return { .. }))
+        };
+        let barriers = block.iter().filter(|s| is_barrier(s)).count();
+        let mut open: Option<RegionId> = None;
+        for (index, (statement, &span)) in block.span_iter().enumerate() {
+            let behind = last && last_barrier.is_none_or(|barrier| index > barrier);
+            if !self.is_skeleton(statement, behind) {
+                let region = *open.get_or_insert_with(|| {
+                    self.found.regions.push(Region {
+                        stretch,
+                        is_last: behind,
+                        before_barrier: false,
+                        needs_entry_barrier: again || !self.around.is_empty(),
+                    });
+                    self.found.regions.len() - 1
+                });
+                self.inside(statement, span, parent, region);
+                continue;
+            }
+            if let Some(region) = open.take() {
+                let region = &mut self.found.regions[region];
+                region.before_barrier = is_group_barrier(statement);
+                // the way around a loop leads through its other barriers
+                region.needs_entry_barrier &= !(region.before_barrier && barriers > 1);
+            }
+            stretch = self.skeleton(statement, span, parent, stretch, ends_here(index));
+        }
+        stretch
+    }
+
+    /// Whether all invocations have to walk through a statement together.
+    fn is_skeleton(&mut self, statement: &Statement, behind: bool) -> bool {
+        let mut hidden = None;
+        let mut each = |statement: &Statement| {
+            if let Statement::Call { function, .. } = *statement
+                && self
+                    .facts
+                    .function(function)
+                    .effects
+                    .contains(Effects::BARRIER)
+            {
+                hidden = Some(function);
+            }
+        };
+        each(statement);
+        visit::sub_blocks(statement, &mut |block| visit::statements(block, &mut each));
+        if let Some(function) = hidden {
+            let finding = Finding::new(
+                Code::WorkgroupMemory,
+                format!(
+                    "the helper function `{}` has a barrier inside",
+                    self.names.function(function)
+                ),
+            )
+            .at(
+                self.names.module.functions.get_span(function),
+                "every invocation of the workgroup has to get through here",
+            )
+            .help("move the barrier into the entry point, and what stands before and behind it into functions of their own");
+            if !self.findings.contains(&finding) {
+                self.findings.push(finding);
+            }
+        }
+        has_barrier(statement) || jumps_out(statement, behind)
+    }
+
+    fn enter(&mut self, span: Span, parent: Option<u32>, region: Option<RegionId>) -> u32 {
+        self.found.nodes.push(Node {
+            parent,
+            region,
+            target: None,
+            span,
+        });
+        self.found.nodes.len() as u32 - 1
+    }
+
+    /// Walks a statement of the skeleton.
+    fn skeleton(
+        &mut self,
+        statement: &Statement,
+        span: Span,
+        parent: Option<u32>,
+        stretch: usize,
+        last: bool,
+    ) -> usize {
+        let number = self.enter(span, parent, None);
+        match statement {
+            Statement::Block(block) => self.block(block, Some(number), stretch, last, false),
+            Statement::If { accept, reject, .. } => {
+                let accepted = self.block(accept, Some(number), stretch, last, false);
+                let rejected = self.block(reject, Some(number), stretch, last, false);
+                self.stretches.join(accepted, rejected);
+                accepted
+            }
+            Statement::Switch { cases, .. } => {
+                let end = self.stretches.fresh();
+                self.around.push(Around {
+                    statement: number,
+                    is_loop: false,
+                    breaks: end,
+                    continues: end,
+                });
+                let mut falls = stretch;
+                for case in cases {
+                    self.stretches.join(falls, stretch);
+                    falls = self.block(&case.body, Some(number), stretch, last, false);
+                    self.stretches.join(falls, end);
+                }
+                self.around.pop();
+                end
+            }
+            Statement::Loop {
+                body, continuing, ..
+            } => {
+                let [start, middle, end] = [(); 3].map(|()| self.stretches.fresh());
+                self.stretches.join(start, stretch);
+                self.around.push(Around {
+                    statement: number,
+                    is_loop: true,
+                    breaks: end,
+                    continues: middle,
+                });
+                let falls = self.block(body, Some(number), start, false, true);
+                self.stretches.join(falls, middle);
+                let falls = self.block(continuing, Some(number), middle, false, true);
+                self.stretches.join(falls, start);
+                // `break if`
+                self.stretches.join(falls, end);
+                self.around.pop();
+                end
+            }
+            Statement::Break | Statement::Continue => {
+                let is_break = matches!(statement, Statement::Break);
+                let target = self.around.iter().rev().find(|a| is_break || a.is_loop);
+                if let Some(target) = target {
+                    let to = if is_break {
+                        target.breaks
+                    } else {
+                        target.continues
+                    };
+                    self.found.nodes[number as usize].target = Some(target.statement);
+                    self.stretches.join(stretch, to);
+                }
+                self.stretches.fresh()
+            }
+            Statement::WorkGroupUniformLoad { result, .. } => {
+                self.found.giver.insert(*result, number);
+                self.stretches.fresh()
+            }
+            statement if is_group_barrier(statement) => self.stretches.fresh(),
+            _ => stretch,
+        }
+    }
+
+    /// Numbers a statement of a region, and what is inside it.
+    fn inside(&mut self, statement: &Statement, span: Span, parent: Option<u32>, region: RegionId) {
+        let number = self.enter(span, parent, Some(region));
+        let mut gives = |handle: Handle<Expression>| {
+            self.found.home.insert(handle, region);
+            self.found.giver.insert(handle, number);
+        };
+        match *statement {
+            Statement::Emit(ref range) => range.clone().for_each(gives),
+            Statement::Call { result, .. } | Statement::Atomic { result, .. } => {
+                result.into_iter().for_each(gives);
+            }
+            Statement::RayQuery {
+                fun: naga::RayQueryFunction::Proceed { result },
+                ..
+            }
+            | Statement::SubgroupBallot { result, .. }
+            | Statement::SubgroupGather { result, .. }
+            | Statement::SubgroupCollectiveOperation { result, .. } => gives(result),
+            Statement::Break | Statement::Continue => {
+                let is_break = matches!(statement, Statement::Break);
+                let target = self.around.iter().rev().find(|a| is_break || a.is_loop);
+                self.found.nodes[number as usize].target = target.map(|a| a.statement);
+            }
+            _ => {}
+        }
+        let is_loop = matches!(statement, Statement::Loop { .. });
+        if is_loop || matches!(statement, Statement::Switch { .. }) {
+            self.around.push(Around {
+                statement: number,
+                is_loop,
+                breaks: 0,
+                continues: 0,
+            });
+        }
+        visit::sub_blocks(statement, &mut |block| {
+            for (statement, &span) in block.span_iter() {
+                self.inside(statement, span, Some(number), region);
+            }
+        });
+        if is_loop || matches!(statement, Statement::Switch { .. }) {
+            self.around.pop();
+        }
+    }
+}
+
+fn is_barrier(statement: &Statement) -> bool {
+    matches!(
+        statement,
+        Statement::ControlBarrier(_)
+            | Statement::MemoryBarrier(_)
+            | Statement::WorkGroupUniformLoad { .. }
+    )
+}
+
+/// Whether a statement makes writes to workgroup memory visible.
+fn is_group_barrier(statement: &Statement) -> bool {
+    match statement {
+        Statement::ControlBarrier(flags) => flags.contains(naga::Barrier::WORK_GROUP),
+        Statement::WorkGroupUniformLoad { .. } => true,
+        _ => false,
+    }
+}
+
+fn has_barrier(statement: &Statement) -> bool {
+    let mut found = is_barrier(statement);
+    visit::sub_blocks(statement, &mut |block| {
+        visit::statements(block, &mut |inner| found |= is_barrier(inner));
+    });
+    found
+}
+
+/// Whether a statement may leave what stands around it: by a jump to something outside, or by a return before the last
+/// barrier.
+fn jumps_out(statement: &Statement, may_return: bool) -> bool {
+    leaves(statement, may_return, false, false)
+}
+
+/// Whether something inside a statement jumps past it, where `break` or `continue` is caught around it.
+fn leaves(statement: &Statement, may_return: bool, breaks: bool, continues: bool) -> bool {
+    let (breaks, continues) = match statement {
+        Statement::Return { .. } => return !may_return,
+        Statement::Break => return !breaks,
+        Statement::Continue => return !continues,
+        Statement::Loop { .. } => (true, true),
+        Statement::Switch { .. } => (true, continues),
+        _ => (breaks, continues),
+    };
+    let mut out = false;
+    visit::sub_blocks(statement, &mut |block| {
+        out |= block
+            .iter()
+            .any(|inner| leaves(inner, may_return, breaks, continues));
+    });
+    out
+}
