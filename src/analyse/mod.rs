@@ -7,6 +7,7 @@
 //! | [`motion`] | b_H, b_Q, standalone, ladder: Eq. 20 to 24 | §4; Wicked Engine |
 //! | [`hysteresis`] | ε and gains by norm | §5.4 |
 //! | [`refit`] | k, b_H and b_Q by their definitions | Eq. 13, 17 to 19 |
+//! | [`reproject`] | camera motion from depth and matrices | §5.2 |
 //! | [`smoothing`] | limits between neighbours | §5.4; GDC pass 3 |
 //! | [`settings`] | every effect's parameters | |
 //! | [`inputs`] | what goes in and what comes out | |
@@ -36,6 +37,7 @@ pub mod params;
 pub mod pipeline;
 pub mod reasons;
 pub mod refit;
+pub mod reproject;
 pub mod settings;
 pub mod smoothing;
 

@@ -1,0 +1,128 @@
+//! Motion of the camera from depth and two matrices (Yang et al., I3D 2019, §5.2): for scenes that have no motion vectors.
+//!
+//! It takes standard and reversed Z alike: the matrices say which. Objects that move by themselves, and those that move with
+//! the camera (a hand weapon), need [`flags::STATIC`](super::inputs::flags::STATIC) or vectors of their own. *Guarantees*: what
+//! is behind either camera, or no depth, is no number, which the analysis takes as doubt: full rate.
+
+use glam::{DMat4, DVec3, DVec4};
+
+/// The vector from where a surface was to where it is, in pixels of a picture of `size`, for the centre of a pixel.
+pub fn camera_motion(
+    pixel: [u32; 2],
+    size: [u32; 2],
+    depth: f32,
+    now_from_clip: &DMat4,
+    clip_before: &DMat4,
+) -> [f32; 2] {
+    const NONE: [f32; 2] = [f32::NAN; 2];
+    if !(0.0..=1.0).contains(&depth) {
+        return NONE;
+    }
+    let [width, height] = size.map(f64::from);
+    let centre = [f64::from(pixel[0]) + 0.5, f64::from(pixel[1]) + 0.5];
+    // clip space has y up, pixels have y down
+    let clip = DVec4::new(
+        centre[0] / width * 2.0 - 1.0,
+        1.0 - centre[1] / height * 2.0,
+        f64::from(depth),
+        1.0,
+    );
+    let world = *now_from_clip * clip;
+    // the plane at infinity has w = 0 and still a place in the picture; only the sign of w before counts
+    let before = *clip_before * world;
+    let w = before.w * if world.w < 0.0 { -1.0 } else { 1.0 };
+    if w.is_nan() || w <= 0.0 {
+        return NONE;
+    }
+    let place = DVec3::new(before.x, before.y, before.z) / before.w;
+    let was = [
+        (place.x + 1.0) / 2.0 * width,
+        (1.0 - place.y) / 2.0 * height,
+    ];
+    [(centre[0] - was[0]) as f32, (centre[1] - was[1]) as f32]
+}
+
+/// The vectors of a whole picture, row by row: [`Inputs::motion`](super::Inputs::motion) with a scale of 1.
+///
+/// `view_projection` and `previous` take the world to clip space, of this frame and the one before.
+pub fn camera_motions(
+    size: [u32; 2],
+    depth: &[f32],
+    view_projection: &DMat4,
+    previous: &DMat4,
+) -> Vec<[f32; 2]> {
+    let now_from_clip = view_projection.inverse();
+    depth
+        .iter()
+        .enumerate()
+        .map(|(index, &depth)| {
+            let pixel = [index as u32 % size[0], index as u32 / size[0]];
+            camera_motion(pixel, size, depth, &now_from_clip, previous)
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIZE: [u32; 2] = [64, 32];
+
+    /// Standard and reversed Z of one camera: near 0.1, far 100.
+    fn projections() -> [DMat4; 2] {
+        [(0.1, 100.0), (100.0, 0.1)].map(|(near, far)| DMat4::perspective_rh(1.0, 2.0, near, far))
+    }
+
+    #[test]
+    fn e33_both_conventions_of_z_give_the_same_motion() {
+        let step = DMat4::from_translation(DVec3::new(-0.2, 0.1, 0.3));
+        let found = projections().map(|projection| {
+            let point = DVec3::new(0.4, -0.3, -5.0);
+            let clip = projection * point.extend(1.0);
+            let depth = (clip.z / clip.w) as f32;
+            let pixel = [
+                ((clip.x / clip.w + 1.0) / 2.0 * 64.0) as u32,
+                ((1.0 - clip.y / clip.w) / 2.0 * 32.0) as u32,
+            ];
+            camera_motion(
+                pixel,
+                SIZE,
+                depth,
+                &projection.inverse(),
+                &(projection * step),
+            )
+        });
+        assert!(found[0][0] > 0.0, "the world moved right: {found:?}");
+        for axis in 0..2 {
+            assert!((found[0][axis] - found[1][axis]).abs() < 1e-3, "{found:?}");
+        }
+    }
+
+    #[test]
+    fn e33_what_was_behind_the_camera_or_has_no_depth_is_no_number() {
+        for projection in projections() {
+            let clip = projection * DVec4::new(0.0, 0.0, -2.0, 1.0);
+            let depth = (clip.z / clip.w) as f32;
+            // the camera was five metres further on
+            let before = projection * DMat4::from_translation(DVec3::new(0.0, 0.0, 5.0));
+            let inverse = projection.inverse();
+            for depth in [depth, f32::NAN, -1.0, f32::INFINITY] {
+                let found = camera_motion([32, 16], SIZE, depth, &inverse, &before);
+                assert!(found[0].is_nan() && found[1].is_nan(), "{depth}: {found:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_camera_at_rest_moves_nothing() {
+        for projection in projections() {
+            let depth: Vec<f32> = (0..64 * 32u16).map(|i| f32::from(i) / 2048.0).collect();
+            for vector in camera_motions(SIZE, &depth, &projection, &projection) {
+                assert!(
+                    vector[0].abs() < 1e-6 && vector[1].abs() < 1e-6,
+                    "{vector:?}"
+                );
+            }
+        }
+    }
+}
