@@ -78,6 +78,10 @@ struct Params {
 @group(0) @binding(13) var marks: texture_2d<u32>;
 #endif
 
+#ifdef BLUR
+// how wide a later blur is, in pixels
+@group(0) @binding(15) var blur: texture_2d<f32>;
+#endif
 #ifdef WRITE_LUMA
 @group(0) @binding(14) var<storage, read_write> sqrt_luma: array<u32>;
 #endif
@@ -329,6 +333,10 @@ fn fill(cell: u32, corner: vec2<i32>) {
     if (textureLoad(marks, vec2<i32>(p), 0).x & 1u) != 0u {
         speed = 0u;
     }
+#endif
+#ifdef BLUR
+    let width = speed_index(textureLoad(blur, vec2<i32>(p), 0).x, 16.0);
+    speed = max(speed & 1023u, width) | (max(speed >> 10u, width) << 10u);
 #endif
     speeds[cell] = speed;
 #endif

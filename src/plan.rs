@@ -40,6 +40,8 @@ pub struct Scene {
     pub noise: bool,
     /// Flags of pixels.
     pub flags: bool,
+    /// Widths of a later blur.
+    pub blur: bool,
     /// Whether rates for a hardware attachment are wanted.
     pub attachment: bool,
     /// Whether reasons are wanted.
@@ -82,10 +84,12 @@ pub enum Binding {
     Flags,
     /// √luma, written.
     SqrtLuma,
+    /// Widths of a later blur.
+    Blur,
 }
 
 impl Binding {
-    const ALL: [Binding; 15] = [
+    const ALL: [Binding; 16] = [
         Binding::Params,
         Binding::Tables,
         Binding::Rates,
@@ -101,6 +105,7 @@ impl Binding {
         Binding::Noise,
         Binding::Flags,
         Binding::SqrtLuma,
+        Binding::Blur,
     ];
 
     /// Its index in the kernel's group.
@@ -126,6 +131,7 @@ impl Binding {
             Binding::Noise => "noise mask",
             Binding::Flags => "flags",
             Binding::SqrtLuma => "√luma",
+            Binding::Blur => "later blur",
         }
     }
 }
@@ -178,6 +184,13 @@ impl Plan {
                 "motion vectors",
             ),
             (
+                settings.later_blur,
+                scene.blur
+                    && matches!(settings.motion, Some(motion) if motion.blur == Blur::Scaled),
+                "a later blur",
+                "its width and motion-adaptive shading by the scalers",
+            ),
+            (
                 settings.reprojection.is_some(),
                 scene.motion && settings.motion.is_some(),
                 "reprojection",
@@ -221,6 +234,7 @@ impl Plan {
                 Binding::Noise => has("NOISE"),
                 Binding::Flags => has("FLAGS"),
                 Binding::SqrtLuma => has("WRITE_LUMA"),
+                Binding::Blur => has("BLUR"),
             })
             .collect();
         let mut passes = vec![PlannedPass {
@@ -334,6 +348,7 @@ fn effects(scene: &Scene, settings: &Settings) -> Vec<&'static str> {
         ("SAFE_AREA", settings.safe_area.is_some()),
         ("FLAGS", scene.flags),
         ("ATTACHMENT", scene.attachment),
+        ("BLUR", settings.later_blur),
         ("REASONS", scene.reasons),
         (
             "WRITE_LUMA",

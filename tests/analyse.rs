@@ -22,6 +22,7 @@ struct Made {
     sqrt: Vec<u8>,
     motion: Vec<[f32; 2]>,
     depth: Vec<f32>,
+    blur: Vec<f32>,
     previous_depth: Vec<f32>,
     rates: Sri,
     materials: Vec<[u8; 2]>,
@@ -101,6 +102,15 @@ impl Made {
                     }
                 })
                 .collect(),
+            blur: (0..now)
+                .map(|_| {
+                    if rng.u32(..300) == 0 {
+                        HARD[rng.usize(..HARD.len())]
+                    } else {
+                        rng.f32() * 5.0
+                    }
+                })
+                .collect(),
             previous_depth: (0..before)
                 .map(|_| {
                     if rng.u32(..100) == 0 {
@@ -143,6 +153,7 @@ impl Made {
             after: scene.after_transparents.then_some(after),
             motion: scene.motion.then_some(&self.motion),
             depth: scene.depth.then_some(&self.depth),
+            blur: scene.blur.then_some(&self.blur),
             previous_depth: scene.depth.then_some(&self.previous_depth),
             previous_rates: scene.previous_rates.then_some(&self.rates),
             materials: scene.materials.then_some(&self.materials),
@@ -225,6 +236,7 @@ impl Made {
             now(F::Rg8Unorm, self.materials.as_flattened()),
             now(F::R8Unorm, &self.noise),
             now(F::R8Uint, &self.flags),
+            now(F::R32Float, cast(&self.blur)),
         ];
         let view = |i: usize| wgpu::BindingResource::TextureView(&views[i]);
         let colour = |i: usize| match plan.scene.colour {
@@ -244,6 +256,7 @@ impl Made {
             (Binding::Materials, view(3)),
             (Binding::Noise, view(4)),
             (Binding::Flags, view(5)),
+            (Binding::Blur, view(6)),
             (Binding::SqrtLuma, luma.as_entire_binding()),
         ];
         let bound = analysis
@@ -306,8 +319,10 @@ fn settings(rng: &mut Rng, scene: &mut Scene) -> Settings {
         weight: [1.0, 0.5][rng.usize(..2)],
         scale: [1.0, -1.0],
     });
+    scene.blur = scene.motion && blur == Blur::Scaled && rng.bool();
     Settings {
         content,
+        later_blur: scene.blur,
         motion,
         reprojection: (scene.motion && rng.bool()).then(|| Reprojection {
             reversed_z: rng.bool(),

@@ -79,6 +79,7 @@ fn kind(binding: Binding, colour: ColourForm) -> wgpu::BindingType {
         Binding::Colour | Binding::After if colour == ColourForm::SqrtLuma => read,
         Binding::Colour | Binding::After => float,
         Binding::Motion
+        | Binding::Blur
         | Binding::Depth
         | Binding::PreviousDepth
         | Binding::Materials

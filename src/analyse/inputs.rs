@@ -81,6 +81,8 @@ pub struct Inputs<'a> {
     pub motion: Option<&'a [[f32; 2]]>,
     /// This frame's depth, 0 to 1.
     pub depth: Option<&'a [f32]>,
+    /// How wide a later blur is at each pixel, in pixels: a circle of confusion, or an engine's motion blur.
+    pub blur: Option<&'a [f32]>,
     /// The previous frame's depth.
     pub previous_depth: Option<&'a [f32]>,
     /// The previous frame's rates.
@@ -106,6 +108,7 @@ impl<'a> Inputs<'a> {
             after: None,
             motion: None,
             depth: None,
+            blur: None,
             previous_depth: None,
             previous_rates: None,
             materials: None,
@@ -140,6 +143,7 @@ impl<'a> Inputs<'a> {
                 before,
             ),
             ("motion", self.motion.map(<[_]>::len), now),
+            ("blur", self.blur.map(<[_]>::len), now),
             ("depth", self.depth.map(<[_]>::len), now),
             (
                 "previous depth",

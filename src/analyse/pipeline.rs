@@ -122,6 +122,11 @@ fn check(inputs: &Inputs, settings: &Settings) -> Result<(), WrongInput> {
             "motion vectors",
         ),
         (
+            settings.later_blur,
+            inputs.blur.is_some() && settings.motion.is_some(),
+            "the later blur's width and motion vectors",
+        ),
+        (
             settings.materials.is_some(),
             inputs.materials.is_some(),
             "materials",
@@ -356,12 +361,15 @@ impl<N: Numbers> Stage<'_, N> {
                         .inputs
                         .flags
                         .is_some_and(|f| f[pixel] & flags::STATIC != 0);
-                    match fixed {
+                    let speed = match fixed {
                         true => 0,
                         false => {
                             motion::speed_index(vectors[pixel][axis], self.params.speed_scale[axis])
                         }
-                    }
+                    };
+                    // a later blur of a width hides what motion of that speed does (Eq. 17)
+                    let blur = self.inputs.blur.filter(|_| self.settings.later_blur);
+                    speed.max(blur.map_or(0, |blur| motion::speed_index(blur[pixel], 16.0)))
                 };
                 window.iter().map(of).min().unwrap_or_default()
             }),

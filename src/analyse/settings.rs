@@ -313,6 +313,9 @@ pub struct Settings {
     pub content: Content,
     /// Motion.
     pub motion: Option<Motion>,
+    /// Whether a later blur (depth of field, motion blur) hides coarse shading as motion of its width does: Eq. 17 with the
+    /// post-filter's box (DOOM, "Post Process Blurs"). Needs [`Settings::motion`], by [`Blur::Scaled`].
+    pub later_blur: bool,
     /// Reprojection; needs motion vectors.
     pub reprojection: Option<Reprojection>,
     /// Materials.
@@ -342,6 +345,7 @@ impl Default for Settings {
         Settings {
             content: Content::default(),
             motion: None,
+            later_blur: false,
             reprojection: None,
             materials: None,
             stability: Stability::None,
