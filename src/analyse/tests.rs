@@ -763,3 +763,31 @@ fn inputs_that_do_not_fit_are_refused_by_name() {
         "the settings call for motion vectors, which is not given"
     );
 }
+
+#[test]
+fn a_later_blur_counts_as_motion_of_its_width() {
+    let size = [32, 32];
+    let picture = random(size, 90, &mut rng());
+    let (still, moving) = (vec![[0.0f32; 2]; 1024], vec![[6.0f32; 2]; 1024]);
+    let run = |motion: &[[f32; 2]], blur: f32| {
+        let blur = vec![blur; 1024];
+        let inputs = Inputs {
+            motion: Some(motion),
+            blur: Some(&blur),
+            ..Inputs::of_colour(size, Colour::Codes(&picture))
+        };
+        let settings = Settings {
+            motion: Some(Motion::default()),
+            later_blur: true,
+            ..Settings::default()
+        };
+        integer::analyse(&inputs, &settings).expect("inputs").sri
+    };
+    assert_eq!(run(&still, 6.0), run(&moving, 0.0));
+    assert_ne!(run(&still, 6.0), run(&still, 0.0));
+    assert_eq!(
+        run(&still, f32::NAN),
+        run(&still, 0.0),
+        "no number hides nothing"
+    );
+}
