@@ -44,6 +44,46 @@ impl Luma {
         }
     }
 
+    /// From 16-bit RGB, display-encoded, row by row.
+    ///
+    /// # Panics
+    /// If there are not three values for each pixel.
+    pub fn from_srgb16(width: u32, height: u32, values: &[u16]) -> Luma {
+        Luma::from_channels(width, height, values, |value| {
+            from_srgb(f64::from(value) / 65535.0)
+        })
+    }
+
+    /// From linear RGB, row by row. What is no number stays none, so that its surroundings are shaded at full rate.
+    ///
+    /// # Panics
+    /// If there are not three values for each pixel.
+    pub fn from_linear(width: u32, height: u32, values: &[f32]) -> Luma {
+        Luma::from_channels(width, height, values, f64::from)
+    }
+
+    fn from_channels<T: Copy>(
+        width: u32,
+        height: u32,
+        values: &[T],
+        linear: impl Fn(T) -> f64,
+    ) -> Luma {
+        assert_eq!(values.len(), width as usize * height as usize * 3);
+        let values = values
+            .chunks_exact(3)
+            .map(|pixel| {
+                (0..3)
+                    .map(|channel| WEIGHTS[channel] * linear(pixel[channel]))
+                    .sum()
+            })
+            .collect();
+        Luma {
+            width,
+            height,
+            values,
+        }
+    }
+
     /// Width in pixels.
     pub fn width(&self) -> u32 {
         self.width

@@ -3,6 +3,7 @@
 //! Results go to standard output, all else to standard error. Exit status: 0 done, 1 refused or failed, 2 misused, 3 input/output
 //! or device.
 
+mod analyse;
 mod batch;
 mod check;
 mod demo;
@@ -48,6 +49,8 @@ enum Command {
     Explain(explain::Arguments),
     /// Check a rewrite on a driver: run original and rewritten shader over many shading rates, bit for bit.
     Check(check::Arguments),
+    /// Tell how coarse a picture may be shaded: its rates, an overlay, the image for hardware variable-rate shading.
+    Analyse(analyse::Arguments),
     /// Shade a scene at full rate and at variable rate; write pictures and print what it saved.
     Demo(demo::Arguments),
     /// List the codes of refusals and warnings, with what they mean.
@@ -118,6 +121,7 @@ pub fn run() -> ExitCode {
         Command::Completions(arguments) => generate::completions(&arguments),
         Command::Man(arguments) => generate::man(&arguments),
         Command::Check(arguments) => check::run(&arguments),
+        Command::Analyse(arguments) => analyse::run(&arguments),
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Adapters => adapters(),
         Command::CheckChild => check::child::run(),

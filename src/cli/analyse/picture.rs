@@ -1,0 +1,116 @@
+//! Pictures in, grey pictures out.
+
+use std::{io::Cursor, path::Path};
+
+use image::{DynamicImage, ImageEncoder, ImageError, ImageReader};
+
+use crate::{
+    analyse::luma::Luma,
+    cli::{Failure, files},
+};
+
+/// A picture that is analysed.
+pub(super) struct Picture(DynamicImage);
+
+impl Picture {
+    /// Reads a picture, whatever its name ends in.
+    pub(super) fn read(path: &Path) -> Result<Picture, Failure> {
+        let bytes = files::read_bytes(path)?;
+        let name = files::display_name(path);
+        let outside = |why: String| Failure::Outside(format!("{name}: {why}"));
+        let reader = ImageReader::new(Cursor::new(bytes))
+            .with_guessed_format()
+            .map_err(|error| outside(error.to_string()))?;
+        let picture = match reader.decode() {
+            Ok(picture) => picture,
+            Err(ImageError::Unsupported(_)) => {
+                return Err(outside(
+                    "it is no picture that can be read: PNG, JPEG, EXR and Radiance HDR can"
+                        .to_owned(),
+                ));
+            }
+            Err(error) => {
+                let why = error.to_string().replace(['\n', '\r'], " ");
+                return Err(outside(format!("the picture cannot be read: {why}")));
+            }
+        };
+        if picture.width() == 0 || picture.height() == 0 {
+            return Err(outside("the picture has no pixels".to_owned()));
+        }
+        Ok(Picture(picture))
+    }
+
+    /// Width and height in pixels.
+    pub(super) fn size(&self) -> [u32; 2] {
+        [self.0.width(), self.0.height()]
+    }
+
+    /// Whether the values are linear light, as in EXR and HDR, rather than encoded for a display.
+    fn is_linear(&self) -> bool {
+        matches!(
+            self.0,
+            DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_)
+        )
+    }
+
+    /// The luma. Eight and sixteen bits are taken for sRGB, floats for linear light.
+    pub(super) fn luma(&self) -> Luma {
+        let [width, height] = self.size();
+        if self.is_linear() {
+            return Luma::from_linear(width, height, &self.0.to_rgb32f());
+        }
+        match self.0 {
+            DynamicImage::ImageLuma16(_)
+            | DynamicImage::ImageLumaA16(_)
+            | DynamicImage::ImageRgb16(_)
+            | DynamicImage::ImageRgba16(_) => Luma::from_srgb16(width, height, &self.0.to_rgb16()),
+            _ => Luma::from_rgba8(width, height, &self.0.to_rgba8()),
+        }
+    }
+
+    /// The picture for a display, as RGB.
+    pub(super) fn for_display(&self) -> image::RgbImage {
+        match self.is_linear() {
+            true => {
+                let linear = self.0.to_rgb32f();
+                image::RgbImage::from_fn(self.0.width(), self.0.height(), |x, y| {
+                    image::Rgb(linear.get_pixel(x, y).0.map(encode))
+                })
+            }
+            false => self.0.to_rgb8(),
+        }
+    }
+}
+
+/// Linear light to an sRGB byte (IEC 61966-2-1). What is no number is black.
+fn encode(linear: f32) -> u8 {
+    let linear = linear.clamp(0.0, 1.0);
+    let encoded = match linear <= 0.003_130_8 {
+        true => linear * 12.92,
+        false => 1.055 * linear.powf(1.0 / 2.4) - 0.055,
+    };
+    (encoded * 255.0).round() as u8
+}
+
+/// A grey PNG of eight bits.
+pub(super) fn grey_png([width, height]: [u32; 2], value: impl Fn(u32, u32) -> u8) -> Vec<u8> {
+    let pixels: Vec<u8> = (0..height)
+        .flat_map(|y| (0..width).map(move |x| (x, y)))
+        .map(|(x, y)| value(x, y))
+        .collect();
+    png(&pixels, [width, height], image::ExtendedColorType::L8)
+}
+
+/// A PNG of bytes that are as many as the size and colours need.
+pub(super) fn png(
+    pixels: &[u8],
+    [width, height]: [u32; 2],
+    colours: image::ExtendedColorType,
+) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let encoder = image::codecs::png::PngEncoder::new(&mut bytes);
+    match encoder.write_image(pixels, width, height, colours) {
+        Ok(()) => bytes,
+        Err(error) => unreachable!("memory takes every byte: {error}"),
+    }
+}
