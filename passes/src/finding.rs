@@ -88,6 +88,8 @@ codes! {
     PolicyRefuses = 19, Refusal;
     /// The device limits that are assumed do not leave room for the added resources.
     OverLimit = 20, Refusal;
+    /// A name that the options give, of a target or of a width, does not fit the shader.
+    UnfitOption = 21, Refusal;
     /// The rewriter made something that naga does not accept: a defect of this crate.
     Defect = 99, Refusal;
     /// A store runs only for some ids. It follows its primary: a duplicate gets a copy if its primary ran the store.

@@ -145,6 +145,7 @@ fn rewrite_here(
     options: &Options,
 ) -> Result<Rewritten, Refusal> {
     let chosen = choose(module, entries)?;
+    check_names(module, options)?;
     let is_only = chosen.len() == 1;
     let mut rewriter = Rewriter::new(module, info, options)?;
     let mut refusals = Vec::new();
@@ -167,6 +168,27 @@ fn rewrite_here(
         return Err(Refusal { findings: refusals });
     }
     rewriter.finish(left_alone)
+}
+
+/// Every target that the options name is in the module.
+fn check_names(module: &Module, options: &Options) -> Result<(), Refusal> {
+    let names = || (module.global_variables.iter()).filter_map(|(_, g)| g.name.as_deref());
+    for target in options.targets.keys() {
+        if !names().any(|name| name == target) {
+            let finding = Finding::new(
+                Code::UnfitOption,
+                format!(
+                    "the shader has no resource called `{target}` to which a policy could apply"
+                ),
+            );
+            return Err(match near::nearest(target, names()) {
+                Some(near) => finding.help(format!("did you mean `{near}`?")),
+                None => finding,
+            }
+            .into());
+        }
+    }
+    Ok(())
 }
 
 /// The compute entry points that are meant.

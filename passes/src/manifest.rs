@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     finding::Finding,
-    options::{FullTiles, MaxRate, Mode, Options, Policy},
+    options::{Atomics, FullTiles, Linear, MaxRate, Mode, Options, Policy},
     plan::{TargetPlan, regions::report::Group},
     source::Source,
     transform::bindings::Placement,
@@ -132,6 +132,13 @@ pub struct Entry {
     pub full_tiles: FullTiles,
     /// The number of workgroups to dispatch, on each axis, for a logical extent.
     pub dispatch: Dispatch,
+    /// Where the width comes from, if the original's dispatch has one dimension over the pixels' numbers; the logical extent is
+    /// the picture's, no wider than this.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub linear: Option<Linear>,
+    /// What becomes of its atomics.
+    #[serde(default)]
+    pub atomics: Atomics,
     /// The added bindings.
     pub bindings: Vec<Binding>,
     /// The resources that it stores to.
@@ -338,6 +345,8 @@ pub fn entry(
         dispatch: Dispatch {
             divide: [width, height, 1],
         },
+        linear: options.linear.clone(),
+        atomics: options.atomics,
         bindings: bindings(placement),
         targets: targets
             .iter()

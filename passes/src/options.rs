@@ -1,5 +1,7 @@
 //! How a shader is to be rewritten.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
 /// How primaries find their pixels.
@@ -48,6 +50,53 @@ pub enum Policy {
     /// Each primary's stores are repeated for its duplicates.
     #[default]
     Copy,
+    /// Only the primary stores; its duplicates keep what they had.
+    Leader,
+    /// The entry point is refused if it stores here.
+    Refuse,
+}
+
+/// What becomes of atomics.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Atomics {
+    /// An entry point that has any is refused.
+    #[default]
+    Refuse,
+    /// Where the result is unused, a primary's atomic counts for all its pixels: a place that is a function of the ids gets
+    /// one for each pixel, as a store would; elsewhere sums count as often as there are pixels, and minima, maxima and bit
+    /// sets, which nothing changes by being repeated, once.
+    Weight,
+}
+
+/// The width of a picture whose pixels a one-dimensional dispatch numbers row by row.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Linear {
+    /// So many pixels.
+    Pixels(u32),
+    /// What the shader calls it: a uniform's or immediate's member (`params.width`, `frame.size.x`), or an `override`.
+    Named(String),
+}
+
+impl std::str::FromStr for Linear {
+    type Err = std::convert::Infallible;
+
+    fn from_str(text: &str) -> Result<Linear, Self::Err> {
+        Ok(match text.parse() {
+            Ok(pixels) => Linear::Pixels(pixels),
+            Err(_) => Linear::Named(text.to_owned()),
+        })
+    }
+}
+
+impl std::fmt::Display for Linear {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Linear::Pixels(pixels) => write!(f, "{pixels}"),
+            Linear::Named(name) => f.write_str(name),
+        }
+    }
 }
 
 /// How the work between a shader's barriers is saved.
@@ -86,10 +135,26 @@ pub struct Options {
     /// take any.
     #[serde(default = "default_workgroup_memory")]
     pub max_workgroup_memory: u32,
+    /// What becomes of each target's stores? Targets that are not named are copied.
+    #[serde(default)]
+    pub targets: BTreeMap<String, Policy>,
+    /// What becomes of atomics?
+    #[serde(default)]
+    pub atomics: Atomics,
+    /// Does the dispatch have one dimension, over the pixels' numbers `y * width + x`? Then this is the width.
+    #[serde(default)]
+    pub linear: Option<Linear>,
 }
 
 fn default_workgroup_memory() -> u32 {
     16384
+}
+
+impl Options {
+    /// What becomes of a target's stores.
+    pub fn policy(&self, target: &str) -> Policy {
+        self.targets.get(target).copied().unwrap_or_default()
+    }
 }
 
 impl Default for Options {
@@ -103,6 +168,9 @@ impl Default for Options {
             max_bind_groups: 4,
             barriers: Barriers::default(),
             max_workgroup_memory: default_workgroup_memory(),
+            targets: BTreeMap::new(),
+            atomics: Atomics::default(),
+            linear: None,
         }
     }
 }

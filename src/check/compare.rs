@@ -2,7 +2,11 @@
 
 use std::collections::HashMap;
 
-use vrcs_passes::instrument::{OUTSIDE, Site};
+use naga::AtomicFunction;
+use vrcs_passes::{
+    instrument::{Atomic, OUTSIDE, Site},
+    options::Policy,
+};
 
 use super::{
     reference::{AddressBook, Log, Stored, position, units},
@@ -69,6 +73,25 @@ pub struct Original {
     pub initial: Outputs,
     /// Bytes of a texel of each output; `None` for a buffer.
     pub texel_bytes: Vec<Option<usize>>,
+    /// What is to become of the stores to each output.
+    pub policies: Vec<Policy>,
+}
+
+/// What atomics make of a word.
+#[derive(Clone, Copy, Debug)]
+struct Tally {
+    /// With the pixels that are in the domain for sure.
+    sure: u32,
+    /// With those that may be, too.
+    all: u32,
+}
+
+impl Tally {
+    fn fits(self, got: u32) -> bool {
+        let distance = self.all.wrapping_sub(self.sure) as i32;
+        let found = got.wrapping_sub(self.sure) as i32;
+        (distance.min(0)..=distance.max(0)).contains(&found)
+    }
 }
 
 /// What an invocation is to write at a place.
@@ -142,6 +165,8 @@ impl Due {
 #[derive(Clone, Debug, Default)]
 pub struct Expected {
     due: HashMap<u32, Due>,
+    /// What atomics make of the word at a byte.
+    tallies: HashMap<usize, Tally>,
     /// Values that may appear at places that are not known.
     anywhere: Vec<usize>,
     /// Units that are written at places that are not known, those that are written over included.
@@ -200,7 +225,46 @@ impl Original {
                 continue;
             }
             let optional = self.depends_on_data && (!stores || rehomed);
-            self.expect_pixel(primary, self.invocation(member, z), optional, expected);
+            let pixel = self.invocation(member, z);
+            self.expect_pixel(primary, pixel, optional, expected);
+            self.expect_atomics(primary, pixel, optional, expected);
+        }
+    }
+
+    /// What the primary's atomics do for a pixel.
+    fn expect_atomics(
+        &self,
+        primary: usize,
+        pixel: usize,
+        optional: bool,
+        expected: &mut [Expected],
+    ) {
+        for &stored in self.log.of(primary) {
+            let site = &self.sites[stored.site as usize];
+            let output = self.output_of_site[stored.site as usize];
+            let Some(atomic) = site.atomic else { continue };
+            if pixel != primary && self.policies[output] == Policy::Leader {
+                continue;
+            }
+            // a place that data chooses is the primary's
+            let place = match pixel == primary || self.book.moves(stored) {
+                true => Some(stored.place),
+                false => self.book.place(self.log.of(pixel), stored, pixel),
+            };
+            let Some(place) = place.filter(|&place| place != OUTSIDE) else {
+                continue;
+            };
+            let byte = place as usize * self.texel_bytes[output].unwrap_or(1);
+            let initial = self.initial[output].get(byte..byte + 4).map(word);
+            let Some(initial) = initial else { continue };
+            let tally = expected[output].tallies.entry(byte).or_insert(Tally {
+                sure: initial,
+                all: initial,
+            });
+            tally.all = apply(atomic, tally.all, stored.value);
+            if !optional {
+                tally.sure = apply(atomic, tally.sure, stored.value);
+            }
         }
     }
 
@@ -216,6 +280,10 @@ impl Original {
         for (index, &stored) in stores.iter().enumerate() {
             let site = &self.sites[stored.site as usize];
             let output = self.output_of_site[stored.site as usize];
+            let is_leaders = self.policies[output] == Policy::Leader;
+            if site.atomic.is_some() || is_leaders && pixel != primary {
+                continue;
+            }
             // what the primary itself overwrites later cannot be seen, and is overwritten for the pixel, too
             // and what it stores outside the resource cannot be seen either
             let is_outside = stored.place == OUTSIDE;
@@ -238,7 +306,8 @@ impl Original {
                             .any(|own| self.overlap(*own, Stored { place, ..stored }));
                     let optional = optional || beyond;
                     let source = if is_outside { place } else { stored.place };
-                    for (unit, from) in units(site, place).zip(units(site, source)) {
+                    let pairs = units(site, place).zip(units(site, source));
+                    for ((unit, from), is_padding) in pairs.zip(&site.padding) {
                         let from = from as usize * self.unit(output);
                         let grid = self.log.grid();
                         let write = Write {
@@ -254,7 +323,8 @@ impl Original {
                         });
                         let write = due.of(write);
                         write.times += 1;
-                        write.from = is_last.then_some(from);
+                        // what lies between the members of a struct is nobody's
+                        write.from = (is_last && !is_padding).then_some(from);
                     }
                 }
                 None => {
@@ -299,6 +369,21 @@ impl Original {
             for (number, (initial, got)) in before.chunks(unit).zip(after.chunks(unit)).enumerate()
             {
                 let due = expected.due.get(&(number as u32));
+                let at = (number * unit) & !3;
+                if let Some(tally) = expected.tallies.get(&at) {
+                    let found = after.get(at..at + 4).map_or(0, word);
+                    if tally.fits(found) {
+                        continue;
+                    }
+                    return Some(Difference {
+                        output,
+                        byte: at,
+                        expected: tally.sure.to_le_bytes().to_vec(),
+                        got: found.to_le_bytes().to_vec(),
+                        pixel: None,
+                        primary: None,
+                    });
+                }
                 let from = |write: &Write| {
                     let from = write.from?;
                     self.outputs[output].get(from..from + unit)
@@ -424,5 +509,32 @@ impl Original {
             .map(|e| e.due.values().filter(|due| !due.is_optional()).count())
             .sum();
         (all, strict)
+    }
+}
+
+/// The word of four bytes.
+fn word(bytes: &[u8]) -> u32 {
+    let mut word = [0; 4];
+    word.copy_from_slice(&bytes[..4]);
+    u32::from_le_bytes(word)
+}
+
+/// What an atomic leaves behind.
+fn apply(atomic: Atomic, before: u32, value: u32) -> u32 {
+    let signed = |least: bool| {
+        let (a, b) = (before as i32, value as i32);
+        (if least { a.min(b) } else { a.max(b) }) as u32
+    };
+    match atomic.function {
+        AtomicFunction::Add => before.wrapping_add(value),
+        AtomicFunction::Subtract => before.wrapping_sub(value),
+        AtomicFunction::And => before & value,
+        AtomicFunction::InclusiveOr => before | value,
+        AtomicFunction::ExclusiveOr => before ^ value,
+        AtomicFunction::Min if atomic.is_signed => signed(true),
+        AtomicFunction::Max if atomic.is_signed => signed(false),
+        AtomicFunction::Min => before.min(value),
+        AtomicFunction::Max => before.max(value),
+        AtomicFunction::Exchange { .. } => value,
     }
 }

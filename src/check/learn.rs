@@ -49,6 +49,8 @@ pub(super) struct Watch {
     /// Workgroups, and invocations, of the original dispatch.
     groups: [u32; 3],
     grid: [u32; 3],
+    /// All invocations of it, those outside the picture included.
+    dispatched: usize,
     plain: Program,
     /// The build that logs, for so many stores of an invocation.
     logging: Option<(u32, Instrumented, Program)>,
@@ -61,16 +63,26 @@ impl Session<'_> {
         let layers = self.layers();
         self.maker().check_names().map_err(Stop::Input)?;
         let [width, height] = self.job.size;
-        let groups = [
-            width.div_ceil(group_size[0]),
-            height.div_ceil(group_size[1]),
-            layers.div_ceil(group_size[2]),
-        ];
+        let is_line = self.job.options.linear.is_some();
+        let groups = match is_line {
+            true => [(width * height).div_ceil(group_size[0]), 1, 1],
+            false => [
+                width.div_ceil(group_size[0]),
+                height.div_ceil(group_size[1]),
+                layers.div_ceil(group_size[2]),
+            ],
+        };
+        let dispatched: [u32; 3] = std::array::from_fn(|axis| groups[axis] * group_size[axis]);
         let immediates = self.maker().immediates(0, 0);
         Ok(Watch {
             resources: reflect::resources(self.module, self.info, self.entry)?,
             groups,
-            grid: std::array::from_fn(|axis| groups[axis] * group_size[axis]),
+            // what is numbered row by row is logged row by row
+            grid: match is_line {
+                true => [width, height, 1],
+                false => dispatched,
+            },
+            dispatched: dispatched.iter().map(|&n| n as usize).product(),
             plain: self.program("original", self.module, self.info, self.entry, &immediates)?,
             logging: None,
             slots: FIRST_SLOTS,
@@ -208,7 +220,7 @@ impl Session<'_> {
         let Some((_, logging, program)) = &watch.logging else {
             unreachable!("just made");
         };
-        let words = vec![0u8; size.words() as usize * 4];
+        let words = vec![0u8; watch.dispatched * size.words_each() as usize * 4];
         let buffer = self.gpu.buffer("log", &words, wgpu::BufferUsages::STORAGE);
         let extras = [(logging.binding, &buffer)];
         let (outputs, read) =
@@ -271,6 +283,10 @@ impl Session<'_> {
             outputs,
             initial,
             texel_bytes: written.iter().map(|made| texel_bytes(made)).collect(),
+            policies: written
+                .iter()
+                .map(|made| self.job.options.policy(&made.resource.name))
+                .collect(),
         }
     }
 

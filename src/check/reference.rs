@@ -21,6 +21,8 @@ pub struct Stored {
     pub occurrence: u32,
     /// The place, or [`OUTSIDE`].
     pub place: u32,
+    /// The value of an atomic.
+    pub value: u32,
 }
 
 /// What one run of the original stored.
@@ -35,7 +37,7 @@ pub struct Log {
 impl Log {
     /// Reads the words of a log.
     pub fn new(words: &[u32], size: LogSize) -> Log {
-        let stride = 1 + 2 * size.slots as usize;
+        let stride = size.words_each() as usize;
         let mut most = 0;
         let stores = words
             .chunks_exact(stride)
@@ -43,7 +45,7 @@ impl Log {
                 most = most.max(words[0]);
                 let logged = words[0].min(size.slots) as usize;
                 let mut stores: Vec<Stored> = Vec::with_capacity(logged);
-                for pair in words[1..1 + 2 * logged].chunks_exact(2) {
+                for pair in words[1..1 + 3 * logged].chunks_exact(3) {
                     let occurrence = stores
                         .iter()
                         .filter(|stored| stored.site == pair[0])
@@ -52,6 +54,7 @@ impl Log {
                         site: pair[0],
                         occurrence,
                         place: pair[1],
+                        value: pair[2],
                     });
                 }
                 stores
@@ -90,6 +93,9 @@ impl Log {
         for (invocation, stores) in self.stores.iter().enumerate() {
             for stored in stores.iter().filter(|stored| stored.place != OUTSIDE) {
                 let site = &sites[stored.site as usize];
+                if site.atomic.is_some() {
+                    continue;
+                }
                 for unit in units(site, stored.place) {
                     let owner = *owners
                         .entry((site.global.index(), unit))
@@ -177,6 +183,12 @@ impl AddressBook {
     pub fn is_seen(&self, store: Stored, invocation: usize) -> bool {
         let page = self.pages.get(&(store.site, store.occurrence));
         page.is_some_and(|page| page.seen[invocation].is_some())
+    }
+
+    /// Whether the place of a store depends on data.
+    pub fn moves(&self, store: Stored) -> bool {
+        let page = self.pages.get(&(store.site, store.occurrence));
+        page.is_some_and(|page| page.moves)
     }
 
     /// The place of an invocation's store; `None` if it is not known.
@@ -405,11 +417,13 @@ mod tests {
         let sites = [Site {
             global,
             size: 4,
+            padding: vec![false; 2],
+            atomic: None,
             span: naga::Span::UNDEFINED,
         }];
-        let apart = Log::new(&[1, 0, 0, 1, 0, 4], size);
+        let apart = Log::new(&[1, 0, 0, 0, 1, 0, 4, 0], size);
         assert_eq!(apart.race(&sites), None);
-        let together = Log::new(&[1, 0, 4, 1, 0, 4], size);
+        let together = Log::new(&[1, 0, 4, 0, 1, 0, 4, 0], size);
         assert_eq!(
             together.race(&sites).map(|race| race.invocations),
             Some([0, 1])

@@ -7,7 +7,11 @@ use naga::{
     Handle, Module, ShaderStage,
     valid::{Capabilities, ModuleInfo, ValidationFlags, Validator},
 };
-use vrcs_passes::{Refusal, Rewritten, Source, instrument::Shape, options::FullTiles};
+use vrcs_passes::{
+    Refusal, Rewritten, Source,
+    instrument::Shape,
+    options::{FullTiles, Linear},
+};
 
 use super::{
     Failure, Job, Law, Report, Verdict,
@@ -78,6 +82,14 @@ pub fn check_rewritten(
     job: &Job,
     progress: &mut dyn FnMut(u32),
 ) -> Result<Report, CheckError> {
+    let linear;
+    let job = match &job.options.linear {
+        None => job,
+        Some(width) => {
+            linear = with_width(job, width);
+            &linear
+        }
+    };
     let [width, height] = job.size;
     if !(1..=2048).contains(&width) || !(1..=2048).contains(&height) {
         return Err(CheckError::Size(width, height));
@@ -129,6 +141,22 @@ pub fn check_rewritten(
         }
     }
     Ok(session.report)
+}
+
+/// A job whose picture is as wide as its shader takes it to be.
+fn with_width(job: &Job, width: &Linear) -> Job {
+    let mut job = job.clone();
+    match width {
+        Linear::Pixels(pixels) => job.size[0] = *pixels,
+        Linear::Named(name) => {
+            let own = job.size.map(f64::from).to_vec();
+            // inputs are set by member, not by component
+            let name = name.strip_suffix(".x").unwrap_or(name).to_owned();
+            let set = job.settings.set.entry(name).or_insert(own);
+            job.size[0] = set.first().map_or(job.size[0], |&width| width as u32);
+        }
+    }
+    job
 }
 
 /// Why a check ends early.

@@ -9,7 +9,7 @@ use vrcs_passes::{
     input,
     manifest::Manifest,
     near,
-    options::{FullTiles, MaxRate, Mode},
+    options::{Atomics, FullTiles, Linear, MaxRate, Mode, Policy},
     told::Told,
 };
 
@@ -84,6 +84,42 @@ pub(super) struct How {
     /// Bind groups of the device.
     #[arg(long, default_value_t = 4, value_name = "N")]
     max_bind_groups: u32,
+    /// What becomes of a target's stores: `copy` for the duplicates, `leader` for the primary alone, `refuse`. Targets that
+    /// are not named are copied.
+    #[arg(long = "target", value_name = "NAME=POLICY", value_parser = parse_target)]
+    targets: Vec<(String, Policy)>,
+    /// What becomes of atomics whose result is unused.
+    #[arg(long, value_enum, default_value_t = AtomicsName::Refuse, value_name = "RULE")]
+    atomics: AtomicsName,
+    /// The dispatch has one dimension, over the pixels of a picture of this width, row by row: a number, a uniform's member
+    /// such as `params.width`, or an `override`.
+    #[arg(long, value_name = "WIDTH")]
+    linear: Option<Linear>,
+}
+
+fn parse_target(text: &str) -> Result<(String, Policy), String> {
+    let Some((name, policy)) = text.split_once('=') else {
+        return Err(format!("`{text}` is not NAME=POLICY"));
+    };
+    let policy = match policy {
+        "copy" => Policy::Copy,
+        "leader" => Policy::Leader,
+        "refuse" => Policy::Refuse,
+        _ => {
+            return Err(format!(
+                "there is no policy `{policy}`: there are copy, leader and refuse"
+            ));
+        }
+    };
+    Ok((name.to_owned(), policy))
+}
+
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum AtomicsName {
+    /// A shader that has any is refused.
+    Refuse,
+    /// A primary's count for all its pixels.
+    Weight,
 }
 
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
@@ -140,6 +176,12 @@ impl How {
             },
             wave: self.wave,
             max_bind_groups: self.max_bind_groups,
+            targets: self.targets.iter().cloned().collect(),
+            atomics: match self.atomics {
+                AtomicsName::Refuse => Atomics::Refuse,
+                AtomicsName::Weight => Atomics::Weight,
+            },
+            linear: self.linear.clone(),
             ..Options::default()
         })
     }

@@ -177,7 +177,7 @@ impl<'a> Walk<'a> {
                 kind,
                 convert,
             } => self.componentwise(frame, handle, &[expr], |walk, parts| {
-                walk.terms.intern(Term::As(kind, convert, parts[0]))
+                walk.terms.cast(kind, convert, parts[0])
             }),
             Expression::ArrayLength(pointer) => {
                 let place = self.place(frame, pointer);

@@ -140,7 +140,20 @@ pub enum AccessKind {
     Atomic {
         /// Whether its result is used.
         used: bool,
+        /// What it does.
+        function: AtomicKind,
     },
+}
+
+/// What an atomic does, as far as it matters when one invocation stands for several.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AtomicKind {
+    /// It adds or subtracts an integer: n times is once with n times the value.
+    Sum,
+    /// `min`, `max`, `and`, `or` of integers: again and again is once.
+    Once,
+    /// Anything else, by its WGSL name.
+    Other(&'static str),
 }
 
 /// An access to memory that the shader writes, on one path of calls.

@@ -204,6 +204,10 @@ impl Words<'_> {
                     format!("d(address)/dx = {}, d(address)/dy = {}", axis(0), axis(1)),
                 )
             }
+            How::Weigh => (
+                "weighed",
+                "the value times the number of duplicates, at the primary's own place".to_owned(),
+            ),
             How::Recompute(terms) => {
                 let words: Vec<String> = terms.iter().map(|&term| self.term(term)).collect();
                 (

@@ -38,6 +38,8 @@ pub(super) struct Destination {
     steps: Vec<ByteStep>,
     /// Bytes, or 1 for a texel.
     pub(super) size: u32,
+    /// For each two bytes, or for a texel, whether nothing is stored there.
+    pub(super) padding: Vec<bool>,
 }
 
 /// Where a pointer leads.
@@ -64,8 +66,12 @@ pub(super) fn destination(
         global,
         steps: Vec::new(),
         size: 1,
+        padding: vec![false],
     };
-    if matches!(statement, Statement::ImageStore { .. }) {
+    if matches!(
+        statement,
+        Statement::ImageStore { .. } | Statement::ImageAtomic { .. }
+    ) {
         return Some(destination);
     }
     let mut cursor = Cursor::Type(module.global_variables[global].ty);
@@ -75,6 +81,7 @@ pub(super) fn destination(
         cursor = next;
     }
     destination.size = bytes(module, cursor);
+    destination.padding = padding(module, cursor, destination.size);
     Some(destination)
 }
 
@@ -152,6 +159,58 @@ fn bytes(module: &Module, cursor: Cursor) -> u32 {
     }
 }
 
+/// For each two bytes of a value, whether nothing of it is in them.
+fn padding(module: &Module, cursor: Cursor, size: u32) -> Vec<bool> {
+    let mut used = vec![false; size as usize];
+    match cursor {
+        Cursor::Type(ty) => occupy(module, ty, &mut used),
+        Cursor::Column(..) | Cursor::Component(_) => used.fill(true),
+    }
+    used.chunks(2).map(|pair| !pair.contains(&true)).collect()
+}
+
+/// Marks the bytes that a value of a type uses.
+fn occupy(module: &Module, ty: Handle<Type>, bytes: &mut [bool]) {
+    match module.types[ty].inner {
+        TypeInner::Struct { ref members, .. } => {
+            for member in members {
+                if let Some(rest) = bytes.get_mut(member.offset as usize..) {
+                    occupy(module, member.ty, rest);
+                }
+            }
+        }
+        TypeInner::Array {
+            base,
+            size: ArraySize::Constant(count),
+            stride,
+        } => {
+            for element in bytes.chunks_mut(stride as usize).take(count.get() as usize) {
+                occupy(module, base, element);
+            }
+        }
+        TypeInner::Matrix {
+            columns,
+            rows,
+            scalar,
+        } => {
+            let stride = Alignment::from(rows) * u32::from(scalar.width);
+            let used = rows as usize * usize::from(scalar.width);
+            for column in bytes.chunks_mut(stride as usize).take(columns as usize) {
+                column.iter_mut().take(used).for_each(|byte| *byte = true);
+            }
+        }
+        TypeInner::Vector { size, scalar } => {
+            let used = size as usize * usize::from(scalar.width);
+            bytes.iter_mut().take(used).for_each(|byte| *byte = true);
+        }
+        TypeInner::Scalar(scalar) | TypeInner::Atomic(scalar) => {
+            let used = usize::from(scalar.width);
+            bytes.iter_mut().take(used).for_each(|byte| *byte = true);
+        }
+        _ => bytes.fill(true),
+    }
+}
+
 impl Destination {
     /// Writes code for the place of a store: a texel's number or a byte offset, [`OUTSIDE`] if it lies outside.
     pub(super) fn write(
@@ -168,6 +227,11 @@ impl Destination {
         match (statement, shape) {
             (
                 &Statement::ImageStore {
+                    coordinate,
+                    array_index,
+                    ..
+                }
+                | &Statement::ImageAtomic {
                     coordinate,
                     array_index,
                     ..

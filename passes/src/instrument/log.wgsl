@@ -11,19 +11,20 @@ fn vrcs_begin(gid: vec3<u32>) {
     vrcs_logged = 0u;
 }
 
-// Notes a store in this invocation's part of the log: the number of stores, then site and place of each.
-fn vrcs_log(site: u32, base: u32, size: u32, place: u32) {
-    let start = vrcs_invocation * (1u + 2u * SLOTS);
+// Notes a store or atomic in this invocation's part of the log: their number, then site, place and an atomic's value of each.
+fn vrcs_log(site: u32, base: u32, size: u32, place: u32, value: u32) {
+    let start = vrcs_invocation * (1u + 3u * SLOTS);
     if vrcs_logged < SLOTS {
-        atomicStore(&vrcs_log_words[start + 1u + 2u * vrcs_logged], site);
-        atomicStore(&vrcs_log_words[start + 2u + 2u * vrcs_logged], place);
+        atomicStore(&vrcs_log_words[start + 1u + 3u * vrcs_logged], site);
+        atomicStore(&vrcs_log_words[start + 2u + 3u * vrcs_logged], place);
+        atomicStore(&vrcs_log_words[start + 3u + 3u * vrcs_logged], value);
     }
     vrcs_logged += 1u;
     atomicStore(&vrcs_log_words[start], vrcs_logged);
 }
 
 // Counts a store to each word of its place: a texel has one word, a buffer one for each two bytes.
-fn vrcs_count(site: u32, base: u32, size: u32, place: u32) {
+fn vrcs_count(site: u32, base: u32, size: u32, place: u32, value: u32) {
     if place == 0xffffffffu {
         return;
     }

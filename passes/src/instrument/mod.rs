@@ -41,8 +41,22 @@ pub struct Site {
     pub global: Handle<GlobalVariable>,
     /// Bytes written, for a buffer; 1 for a texel.
     pub size: u32,
+    /// For each unit of a place (a texel, or two bytes), whether nothing of the value is in it: it lies between the members
+    /// of a struct.
+    pub padding: Vec<bool>,
+    /// What is done there, if it is no plain store.
+    pub atomic: Option<Atomic>,
     /// Where it stands in the source.
     pub span: Span,
+}
+
+/// An atomic on a 32-bit integer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Atomic {
+    /// What it does.
+    pub function: naga::AtomicFunction,
+    /// Whether it is one of an `i32`.
+    pub is_signed: bool,
 }
 
 /// An instrumented module.
@@ -60,6 +74,8 @@ pub struct Instrumented {
 pub const OUTSIDE: u32 = u32::MAX;
 
 const LOG: &str = include_str!("log.wgsl");
+/// What logs, in there.
+const LOG_STORES: &str = "vrcs_log";
 
 /// How large the log is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,10 +88,15 @@ pub struct LogSize {
 
 impl LogSize {
     /// The words of the log: for each invocation, x fastest, the number of its stores, then for each of `slots` stores
-    /// the site and the place.
+    /// the site, the place, and the value of an atomic.
     pub fn words(&self) -> u64 {
         let invocations: u64 = self.grid.iter().map(|&n| u64::from(n)).product();
-        invocations * u64::from(1 + 2 * self.slots)
+        invocations * u64::from(self.words_each())
+    }
+
+    /// The words of each invocation.
+    pub fn words_each(&self) -> u32 {
+        1 + 3 * self.slots
     }
 }
 
@@ -97,7 +118,7 @@ pub fn log_stores(
         "const WIDTH: u32 = {width}u;\nconst HEIGHT: u32 = {height}u;\nconst SLOTS: u32 = {}u;\n{LOG}",
         size.slots
     );
-    instrument(module, info, entry, &text, "vrcs_log", shapes, &|_| 0)
+    instrument(module, info, entry, &text, LOG_STORES, shapes, &|_| 0)
 }
 
 /// Counts the stores to each place: a texture has a word for each texel, a buffer one for each two bytes. `base` gives
@@ -140,6 +161,7 @@ fn instrument(
     let binding = free_binding(module);
     let mut imports = Imports::default();
     imports.placements.insert("vrcs_log_words", binding);
+    let atomics = hook == LOG_STORES;
     let hook = imports.function(&prelude, &mut instrumented, hook);
     let begin = imports.function(&prelude, &mut instrumented, "vrcs_begin");
 
@@ -150,6 +172,7 @@ fn instrument(
         base,
         moved: Vec::with_capacity(module.functions.len()),
         stores: true,
+        atomics,
         sites: Vec::new(),
     };
     let reachable = reachable(module, entry);
@@ -216,6 +239,8 @@ struct Context<'c> {
     moved: Vec<Handle<Function>>,
     /// Whether the function at hand is instrumented.
     stores: bool,
+    /// Whether atomics are, too.
+    atomics: bool,
     sites: Vec<Site>,
 }
 
@@ -232,8 +257,14 @@ impl Context<'_> {
             if let Statement::Call { function, .. } = &mut statement {
                 *function = self.moved[function.index()];
             }
-            if let Statement::Store { pointer, .. } | Statement::ImageStore { image: pointer, .. } =
-                statement
+            let pointer = match statement {
+                Statement::Store { pointer, .. } => Some(pointer),
+                Statement::ImageStore { image, .. } => Some(image),
+                Statement::Atomic { pointer, .. } if self.atomics => Some(pointer),
+                Statement::ImageAtomic { image, .. } if self.atomics => Some(image),
+                _ => None,
+            };
+            if let Some(pointer) = pointer
                 && self.stores
                 && let Some(destination) =
                     address::destination(self.original, function, &statement, pointer)
@@ -242,9 +273,20 @@ impl Context<'_> {
                     unreachable!("every resource that is stored to has a shape");
                 };
                 let number = self.sites.len() as u32;
+                let atomic = match statement {
+                    Statement::Atomic { fun, value, .. }
+                    | Statement::ImageAtomic { fun, value, .. } => Some((fun, value)),
+                    _ => None,
+                };
                 self.sites.push(Site {
                     global: destination.global,
                     size: destination.size,
+                    padding: destination.padding.clone(),
+                    atomic: atomic.map(|(function, value)| Atomic {
+                        function,
+                        is_signed: info[value].ty.inner_with(&module.types).scalar_kind()
+                            == Some(naga::ScalarKind::Sint),
+                    }),
                     span: crate::analysis::statement_span(function, &statement, span),
                 });
                 let mut code = Code::new(&mut module.types, function, span);
@@ -254,6 +296,14 @@ impl Context<'_> {
                     .map(|n| code.u32(n))
                     .to_vec();
                 arguments.push(place);
+                arguments.push(match atomic {
+                    Some((_, value)) => code.add(Expression::As {
+                        expr: value,
+                        kind: naga::ScalarKind::Uint,
+                        convert: None,
+                    }),
+                    None => code.u32(0),
+                });
                 code.call(self.hook, arguments, false);
                 block.append(&mut code.finish());
             }

@@ -5,13 +5,14 @@ use naga::BinaryOperator;
 use super::{CopyPlan, How, Planner, domain::Domain};
 use crate::{
     analysis::{
-        AccessKind, Address,
+        AccessKind, Address, AtomicKind,
         depends::Depends,
         guard::{Formula, flatten},
         tangent::{Slope, Tangent},
         term::{Term, TermId},
     },
     finding::{Code, Finding},
+    options::Policy,
 };
 
 impl Planner<'_> {
@@ -55,10 +56,17 @@ impl Planner<'_> {
     fn plan_copy(&mut self, store: usize, domain: &Domain) -> Option<CopyPlan> {
         let access = self.access(store);
         let (span, instance, scope) = (access.span, access.instance, access.scope.clone());
-        let name = self.name(access.target.global);
+        let (kind, global) = (access.kind, access.target.global);
+        let name = self.name(global);
         let terms = access.address.terms();
         let axes = self.axes(store);
-        if !axes.contains(Depends::X | Depends::Y) {
+        if let AccessKind::Atomic { function, .. } = kind
+            && !axes.on_ids_alone()
+        {
+            return self.plan_weight(store, domain, function);
+        }
+        let is_atomic = matches!(kind, AccessKind::Atomic { .. });
+        if !axes.contains(Depends::X | Depends::Y) && !is_atomic {
             self.say(
                 Finding::new(
                     Code::AddressNotOneToOne,
@@ -76,6 +84,9 @@ impl Planner<'_> {
             .collect();
         let one_to_one = tangents.as_deref().is_some_and(is_one_to_one);
         let guards = self.guards_of(store, domain, tangents.as_deref(), one_to_one)?;
+        if self.policy(global) == Policy::Leader {
+            return None;
+        }
 
         let mut needed: Vec<TermId> = Vec::new();
         for guard in &guards {
@@ -118,6 +129,25 @@ impl Planner<'_> {
                 None
             }
         }
+    }
+
+    /// Plans an atomic at a place that is not a function of the ids: a primary's counts for all its pixels.
+    fn plan_weight(
+        &mut self,
+        atomic: usize,
+        domain: &Domain,
+        function: AtomicKind,
+    ) -> Option<CopyPlan> {
+        self.guards_of(atomic, domain, None, false)?;
+        // what nothing changes by being repeated is there already
+        let counts = function == AtomicKind::Sum
+            && self.policy(self.access(atomic).target.global) == Policy::Copy;
+        counts.then_some(CopyPlan {
+            access: atomic,
+            how: How::Weigh,
+            guards: Vec::new(),
+            captures: Vec::new(),
+        })
     }
 
     /// The conditions that are to be asked of each duplicate at a store, beyond the domain; `None` if the store is

@@ -2,10 +2,13 @@
 //! write. Under variable-rate execution most invocations do not run, and those that do share subgroups with others than
 //! before.
 
+use naga::Span;
+
 use super::Planner;
 use crate::{
-    analysis::{Access, AccessKind, Address, Tie, term::Step},
+    analysis::{Access, AccessKind, Address, AtomicKind, Facts, Tie, term::Step},
     finding::{Code, Finding},
+    options::{Atomics, Policy},
 };
 
 impl Planner<'_> {
@@ -23,7 +26,7 @@ impl Planner<'_> {
         self.check_ties();
         for index in 0..self.found.accesses.len() {
             match self.access(index).kind {
-                AccessKind::Atomic { .. } => self.refuse_atomic(index),
+                AccessKind::Atomic { used, function } => self.check_atomic(index, used, function),
                 AccessKind::Load => self.check_read(index),
                 AccessKind::Store { .. } => {}
             }
@@ -48,16 +51,72 @@ impl Planner<'_> {
         }
     }
 
-    fn refuse_atomic(&mut self, index: usize) {
+    /// Holds the options' targets against the shader's, and refuses those that are to be.
+    pub(super) fn check_policies(&mut self, facts: &Facts) {
+        let is_changed = self.options.linear.is_some()
+            || facts
+                .written()
+                .into_iter()
+                .any(|global| self.policy(global) == Policy::Leader)
+            || self.options.atomics == Atomics::Weight;
+        let tie = self.found.ties.first().map(|tie| tie.span);
+        if let (Some(tie), true) = (tie, is_changed) {
+            self.say(
+                Finding::new(
+                    Code::UnfitOption,
+                    "atomics, `leader` targets and one-dimensional dispatches are not rewritten where invocations work together",
+                )
+                .at(tie, "works together with others here"),
+            );
+        }
+        for global in facts.written() {
+            if self.policy(global) != Policy::Refuse {
+                continue;
+            }
+            let name = self.name(global);
+            let store = self.found.accesses.iter().find(|access| {
+                access.target.global == global && !matches!(access.kind, AccessKind::Load)
+            });
+            let span = store.map_or(Span::UNDEFINED, |store| store.span);
+            self.say(
+                Finding::new(
+                    Code::PolicyRefuses,
+                    format!("the entry point stores to `{name}`, whose policy is `refuse`"),
+                )
+                .at(span, "stores here"),
+            );
+        }
+    }
+
+    fn check_atomic(&mut self, index: usize, used: bool, function: AtomicKind) {
         let access = self.access(index);
         let (span, name) = (access.span, self.name(access.target.global));
-        self.say(
-            Finding::new(
-                Code::Atomic,
-                format!("an atomic on `{name}` would count primaries instead of pixels"),
-            )
-            .at(span, "runs once for each primary"),
-        );
+        let refusal = |why: String| Finding::new(Code::Atomic, why);
+        if let AtomicKind::Other(function) = function {
+            self.say(
+                refusal(format!(
+                    "`{function}` on `{name}` cannot stand for the pixels that do not run"
+                ))
+                .at(span, "runs once for each primary")
+                .help("move it to an entry point of its own"),
+            );
+        } else if used {
+            self.say(
+                refusal(format!(
+                    "the result of an atomic on `{name}` is used, and pixels that do not run get none"
+                ))
+                .at(span, "runs once for each primary")
+                .help("move what needs the result to an entry point of its own"),
+            );
+        } else if self.options.atomics == Atomics::Refuse {
+            self.say(
+                refusal(format!(
+                    "an atomic on `{name}` would count primaries instead of pixels"
+                ))
+                .at(span, "runs once for each primary")
+                .help("`--atomics weight` has each primary count for all its pixels"),
+            );
+        }
     }
 
     /// A read of memory that the shader writes is safe if it is a read of the invocation's own place.
@@ -68,6 +127,17 @@ impl Planner<'_> {
                 matches!(store.kind, AccessKind::Store { .. }) && same_place(read, store)
             });
         let (span, name) = (read.span, self.name(read.target.global));
+        if own && self.policy(read.target.global) == Policy::Leader {
+            self.say(
+                Finding::new(
+                    Code::SharedState,
+                    format!("`{name}` is read and written by each primary; duplicates keep what they had"),
+                )
+                .at(span, "reads what an earlier dispatch, or this invocation, left here")
+                .help("a pixel goes on from where it stopped when it is a primary again"),
+            );
+            return;
+        }
         if own {
             self.say(
                 Finding::new(

@@ -19,9 +19,9 @@ use crate::{
         guard::Formula,
         tangent::{Tangent, Tangents},
         term::TermId,
-        walk::{Found, walk},
+        walk::{Found, Width, walk},
     },
-    finding::{Finding, Severity},
+    finding::{Code, Finding, Severity},
     options::{Options, Policy},
 };
 
@@ -73,12 +73,15 @@ pub enum How {
     Offset(Vec<Tangent>),
     /// Each computed part of the address anew, from the duplicate's ids.
     Recompute(Vec<TermId>),
+    /// The primary's own: an atomic sum, once more with its value times the number of duplicates.
+    Weigh,
 }
 
 /// What was found, and what answers questions about it.
 struct Planner<'a> {
     module: &'a Module,
     entry: usize,
+    options: &'a Options,
     found: Found<'a>,
     on: Dependence<'a>,
     tangents: Tangents,
@@ -94,17 +97,20 @@ pub fn plan<'a>(
     info: &'a ModuleInfo,
     facts: &'a Facts,
     entry: usize,
-    options: &Options,
+    options: &'a Options,
 ) -> Result<EntryPlan<'a>, Vec<Finding>> {
-    let found = walk(module, info, facts, entry);
+    let width = linear_width(module, entry, options).map_err(|finding| vec![finding])?;
+    let found = walk(module, info, facts, entry, width.as_ref());
     let mut planner = Planner {
         module,
         entry,
+        options,
         tangents: Tangents::new(found.group_size),
         found,
         on: Dependence::new(facts),
         findings: Vec::new(),
     };
+    planner.check_policies(facts);
     planner.check_hazards();
     let group = planner.plan_group(facts, options.barriers);
     let domain = planner.domain();
@@ -121,7 +127,7 @@ pub fn plan<'a>(
         .into_iter()
         .map(|global| TargetPlan {
             global,
-            policy: Policy::Copy,
+            policy: options.policy(name_of(module, global)),
         })
         .collect();
     Ok(EntryPlan {
@@ -134,6 +140,39 @@ pub fn plan<'a>(
     })
 }
 
+/// The width that the options give a one-dimensional dispatch.
+fn linear_width(
+    module: &Module,
+    entry: usize,
+    options: &Options,
+) -> Result<Option<Width>, Finding> {
+    let Some(linear) = &options.linear else {
+        return Ok(None);
+    };
+    let unfit = |why: String| Err(Finding::new(Code::UnfitOption, why));
+    let entry = &module.entry_points[entry];
+    let overrides = entry.workgroup_size_overrides.unwrap_or_default();
+    let is_line = |axis: usize| entry.workgroup_size[axis] == 1 && overrides[axis].is_none();
+    if !is_line(1) || !is_line(2) {
+        return unfit(format!(
+            "`{}` has workgroups of more than one row, so its pixels are not numbered row by row",
+            entry.name
+        ));
+    }
+    match Width::find(module, linear) {
+        Ok(width) => Ok(Some(width)),
+        Err(why) => unfit(format!("`{linear}` is no width: {why}")),
+    }
+}
+
+/// The name of a variable; empty if it has none.
+fn name_of(module: &Module, global: Handle<GlobalVariable>) -> &str {
+    module.global_variables[global]
+        .name
+        .as_deref()
+        .unwrap_or_default()
+}
+
 impl Planner<'_> {
     fn say(&mut self, finding: Finding) {
         if !self.findings.contains(&finding) {
@@ -141,13 +180,18 @@ impl Planner<'_> {
         }
     }
 
-    /// The stores, by their number among the accesses.
+    /// What becomes of what is stored to a variable.
+    fn policy(&self, global: Handle<GlobalVariable>) -> Policy {
+        self.options.policy(name_of(self.module, global))
+    }
+
+    /// The stores and atomics, by their number among the accesses.
     fn stores(&self) -> Vec<usize> {
         self.found
             .accesses
             .iter()
             .enumerate()
-            .filter(|(_, access)| matches!(access.kind, AccessKind::Store { .. }))
+            .filter(|(_, access)| !matches!(access.kind, AccessKind::Load))
             .map(|(index, _)| index)
             .collect()
     }

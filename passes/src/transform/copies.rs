@@ -20,8 +20,8 @@
 //! *Guarantees*: the value is the primary's own; only the address is another.
 
 use naga::{
-    BinaryOperator, Expression, Function, Handle, MathFunction, Module, Scalar, Span, Statement,
-    Type, TypeInner,
+    AtomicFunction, BinaryOperator, Expression, Function, Handle, MathFunction, Module, Scalar,
+    Span, Statement, Type, TypeInner,
 };
 
 use super::{
@@ -70,6 +70,8 @@ pub struct StoreOperands {
     pub texel: Option<(Operand, Option<Operand>)>,
     /// The value.
     pub value: Operand,
+    /// What an atomic does with it.
+    pub atomic: Option<AtomicFunction>,
 }
 
 impl StoreOperands {
@@ -124,6 +126,7 @@ struct Key {
     steps: Vec<Option<u32>>,
     types: Vec<Handle<Type>>,
     tangents: Vec<Tangent>,
+    atomic: Option<AtomicFunction>,
 }
 
 /// A copy function while it is written.
@@ -197,7 +200,7 @@ impl<'t, 'm> Copies<'t, 'm> {
         let guard = (!draft.plan.guards.is_empty())
             .then(|| self.guard_function(module, draft, &draft.plan.guards));
         let addresses = match &draft.plan.how {
-            How::Offset(_) => Vec::new(),
+            How::Offset(_) | How::Weigh => Vec::new(),
             How::Recompute(terms) => self.address_functions(module, draft, terms),
         };
 
@@ -214,7 +217,7 @@ impl<'t, 'm> Copies<'t, 'm> {
 
         let strides = match &draft.plan.how {
             How::Offset(tangents) => self.strides(&mut code, draft, tangents, captures),
-            How::Recompute(_) => Vec::new(),
+            How::Recompute(_) | How::Weigh => Vec::new(),
         };
         let one = One {
             prologue: self.prologue,
@@ -226,6 +229,7 @@ impl<'t, 'm> Copies<'t, 'm> {
             guard,
         };
         match self.max_rate {
+            _ if draft.plan.how == How::Weigh => self.for_all(&mut code, &one),
             MaxRate::R2x2 => self.for_quad(&mut code, &one),
             MaxRate::R2x4 | MaxRate::R4x2 | MaxRate::R4x4 => self.for_block(&mut code, &one),
         }
@@ -249,6 +253,17 @@ impl<'t, 'm> Copies<'t, 'm> {
                     one.write(code, number);
                 });
             }
+        });
+    }
+
+    /// An atomic sum, for all duplicates at once.
+    fn for_all(&self, code: &mut Code, one: &One) {
+        let zero = code.u32(0);
+        let copies = code.global(self.prologue.copies);
+        let any = code.binary(BinaryOperator::NotEqual, copies, zero);
+        code.when(any, |code| {
+            let count = code.math1(MathFunction::CountOneBits, copies);
+            one.weigh(code, count);
         });
     }
 
@@ -389,6 +404,7 @@ impl<'t, 'm> Copies<'t, 'm> {
             pixel,
             group_size: self.group_size,
             params: self.prologue.params,
+            width: self.terms.width,
         }
     }
 }
@@ -424,17 +440,43 @@ impl One<'_> {
         }
     }
 
+    /// The value, the operands that are the same for a duplicate, and the parts of the address.
+    fn split_operands(
+        &self,
+    ) -> (
+        Handle<Expression>,
+        &[Handle<Expression>],
+        &[Handle<Expression>],
+    ) {
+        let Some((&value, operands)) = self.operands.split_last() else {
+            unreachable!("a store has a value");
+        };
+        let (fixed, bases) = operands.split_at(self.draft.store.fixed().len());
+        (value, fixed, bases)
+    }
+
+    /// Adds the value `count` times more at the primary's own place.
+    fn weigh(&self, code: &mut Code, count: Handle<Expression>) {
+        let (value, fixed, bases) = self.split_operands();
+        let ty = self.draft.store.value.ty;
+        let TypeInner::Scalar(scalar) = code.types[ty].inner else {
+            unreachable!("atomics are scalars");
+        };
+        let count = match scalar {
+            Scalar::U32 => count,
+            _ => code.convert(count, scalar),
+        };
+        let value = code.binary(BinaryOperator::Multiply, value, count);
+        self.write_at(code, value, fixed, bases);
+    }
+
     fn store(
         &self,
         code: &mut Code,
         number: Handle<Expression>,
         at_duplicate: &[Handle<Expression>],
     ) {
-        let Some((&value, operands)) = self.operands.split_last() else {
-            unreachable!("a store has a value");
-        };
-        let fixed = self.draft.store.fixed().len();
-        let (fixed, bases) = operands.split_at(fixed);
+        let (value, fixed, bases) = self.split_operands();
         let parts = match &self.draft.plan.how {
             How::Offset(tangents) => self.offsets(code, number, bases, tangents),
             How::Recompute(_) => self
@@ -442,7 +484,19 @@ impl One<'_> {
                 .iter()
                 .map(|&address| code.value_of(address, at_duplicate.to_vec()))
                 .collect(),
+            How::Weigh => unreachable!("sums are weighed at once"),
         };
+        self.write_at(code, value, fixed, &parts);
+    }
+
+    /// Writes the store, or the atomic, at a place.
+    fn write_at(
+        &self,
+        code: &mut Code,
+        value: Handle<Expression>,
+        fixed: &[Handle<Expression>],
+        parts: &[Handle<Expression>],
+    ) {
         let mut computed = match self.draft.store.texel {
             Some(_) => fixed.iter(),
             None => parts.iter(),
@@ -462,15 +516,35 @@ impl One<'_> {
                 }
             };
         }
-        code.push(match self.draft.store.texel {
-            None => Statement::Store { pointer, value },
-            Some(_) => Statement::ImageStore {
+        let texel = self.draft.store.texel.is_some();
+        let statement = match (self.draft.store.atomic, texel) {
+            (None, false) => Statement::Store { pointer, value },
+            (None, true) => Statement::ImageStore {
                 image: pointer,
                 coordinate: parts[0],
                 array_index: parts.get(1).copied(),
                 value,
             },
-        });
+            (Some(fun), false) => {
+                let ty = self.draft.store.value.ty;
+                let comparison = false;
+                let result = code.add(Expression::AtomicResult { ty, comparison });
+                Statement::Atomic {
+                    pointer,
+                    fun,
+                    value,
+                    result: Some(result),
+                }
+            }
+            (Some(fun), true) => Statement::ImageAtomic {
+                image: pointer,
+                coordinate: parts[0],
+                array_index: parts.get(1).copied(),
+                fun,
+                value,
+            },
+        };
+        code.push(statement);
     }
 
     /// The parts of the address, moved from the primary's.
@@ -591,7 +665,7 @@ fn sloped(
 /// The operands of a store that its copy function takes.
 fn taken(plan: &CopyPlan, store: &StoreOperands) -> Vec<Operand> {
     let mut taken = store.fixed();
-    if let How::Offset(_) = plan.how {
+    if let How::Offset(_) | How::Weigh = plan.how {
         taken.extend(store.parts());
     }
     taken.push(store.value);
@@ -600,8 +674,10 @@ fn taken(plan: &CopyPlan, store: &StoreOperands) -> Vec<Operand> {
 
 /// What the copy function of a store can be shared by; nothing if it needs captures or guards of its own.
 fn key(access: &Access, plan: &CopyPlan, store: &StoreOperands, taken: &[Operand]) -> Option<Key> {
-    let How::Offset(tangents) = &plan.how else {
-        return None;
+    let tangents = match &plan.how {
+        How::Offset(tangents) => tangents.as_slice(),
+        How::Weigh => &[],
+        How::Recompute(_) => return None,
     };
     (plan.captures.is_empty() && plan.guards.is_empty()).then(|| Key {
         target: access.target.clone(),
@@ -614,7 +690,8 @@ fn key(access: &Access, plan: &CopyPlan, store: &StoreOperands, taken: &[Operand
             })
             .collect(),
         types: taken.iter().map(|operand| operand.ty).collect(),
-        tangents: tangents.clone(),
+        tangents: tangents.to_vec(),
+        atomic: store.atomic,
     })
 }
 

@@ -111,6 +111,7 @@ pub(super) fn domain_function(
         pixel: arguments[0],
         group_size,
         params,
+        width: terms.width,
     };
     let value = Recompute::new(terms, entry, ids, []).emit(&mut code, holds);
     code.push(naga::Statement::Return { value: Some(value) });
@@ -154,6 +155,7 @@ pub fn entry_function(
         pixel,
         group_size,
         params: prologue.params,
+        width: terms.width,
     };
     let mut recompute = Recompute::new(terms, entry, ids, []);
     let mut arguments = Vec::with_capacity(original.arguments.len());

@@ -23,6 +23,8 @@ pub struct Ids {
     pub group_size: [TermId; 3],
     /// The parameters.
     pub params: Handle<GlobalVariable>,
+    /// The width of the picture, where the dispatch numbers its pixels row by row.
+    pub width: Option<TermId>,
 }
 
 /// Computes terms at one place.
@@ -214,6 +216,11 @@ impl<'t, 'm> Recompute<'t, 'm> {
     /// The value of an id builtin, whole.
     pub fn builtin(&mut self, code: &mut Code, builtin: BuiltIn) -> Option<Handle<Expression>> {
         use BinaryOperator as B;
+        if let Some(width) = self.ids.width
+            && let Some(value) = self.linear_builtin(code, builtin, width)
+        {
+            return Some(value);
+        }
         Some(match builtin {
             BuiltIn::GlobalInvocationId => self.ids.pixel,
             BuiltIn::LocalInvocationId => {
@@ -229,6 +236,35 @@ impl<'t, 'm> Recompute<'t, 'm> {
             BuiltIn::WorkGroupSize => self.group_size(code),
             _ => return None,
         })
+    }
+
+    /// An id of invocation `y * width + x` of a one-dimensional dispatch.
+    fn linear_builtin(
+        &mut self,
+        code: &mut Code,
+        builtin: BuiltIn,
+        width: TermId,
+    ) -> Option<Handle<Expression>> {
+        use BinaryOperator as B;
+        let op = match builtin {
+            BuiltIn::GlobalInvocationId => None,
+            BuiltIn::LocalInvocationId | BuiltIn::LocalInvocationIndex => Some(B::Modulo),
+            BuiltIn::WorkGroupId => Some(B::Divide),
+            _ => return None,
+        };
+        let width = self.emit(code, width);
+        let [x, y] = [0, 1].map(|axis| code.at(self.ids.pixel, axis));
+        let row = code.binary(B::Multiply, y, width);
+        let mut value = code.binary(B::Add, row, x);
+        if let Some(op) = op {
+            let size = self.emit(code, self.ids.group_size[0]);
+            value = code.binary(op, value, size);
+        }
+        if builtin == BuiltIn::LocalInvocationIndex {
+            return Some(value);
+        }
+        let zero = code.u32(0);
+        Some(code.vector(Scalar::U32, vec![value, zero, zero]))
     }
 
     fn group_size(&mut self, code: &mut Code) -> Handle<Expression> {

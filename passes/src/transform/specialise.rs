@@ -214,8 +214,32 @@ impl<'s, 'm> Specialise<'s, 'm> {
                     steps,
                     texel: None,
                     value: operand(value),
+                    atomic: None,
                 }
             }
+            Statement::Atomic {
+                pointer,
+                fun,
+                value,
+                ..
+            } => StoreOperands {
+                steps: chain(function, pointer, &mut operand),
+                texel: None,
+                value: operand(value),
+                atomic: Some(fun),
+            },
+            Statement::ImageAtomic {
+                image,
+                coordinate,
+                array_index,
+                fun,
+                value,
+            } => StoreOperands {
+                steps: chain(function, image, &mut operand),
+                texel: Some((operand(coordinate), array_index.map(&mut operand))),
+                value: operand(value),
+                atomic: Some(fun),
+            },
             Statement::ImageStore {
                 image,
                 coordinate,
@@ -225,6 +249,7 @@ impl<'s, 'm> Specialise<'s, 'm> {
                 steps: chain(function, image, &mut operand),
                 texel: Some((operand(coordinate), array_index.map(&mut operand))),
                 value: operand(value),
+                atomic: None,
             },
             ref other => unreachable!("{other:?} does not store"),
         }

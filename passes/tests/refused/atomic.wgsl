@@ -14,3 +14,5 @@ error[VRCS014]: an atomic on `histogram` would count primaries instead of pixels
   │
 6 │     atomicAdd(&histogram[id.x % 16u], 1u);
   │     ^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^ runs once for each primary
+  │
+  = help: `--atomics weight` has each primary count for all its pixels

@@ -286,6 +286,8 @@ pub struct Terms<'a> {
     index: FxHashMap<Term, TermId>,
     /// The loops met so far.
     pub loops: Vec<Loop>,
+    /// The width of the picture, where the dispatch numbers its pixels row by row.
+    pub width: Option<TermId>,
     /// What a call comes to, where its body was followed.
     pub expansions: FxHashMap<TermId, TermId>,
     fresh: u32,
@@ -299,6 +301,7 @@ impl<'a> Terms<'a> {
             terms: Vec::new(),
             index: FxHashMap::default(),
             loops: Vec::new(),
+            width: None,
             expansions: FxHashMap::default(),
             fresh: 0,
         }

@@ -1,9 +1,9 @@
 //! Makes terms, simplified on the way: taking apart what was put together, folding numbers, ordering what commutes, so
 //! that equal values get equal terms.
 
-use naga::{BinaryOperator, Literal, UnaryOperator};
+use naga::{BinaryOperator, Bytes, Literal, ScalarKind, UnaryOperator};
 
-use super::{Bits, Operands, Step, Term, TermId, Terms, integer, longer};
+use super::{Bits, Id, Operands, Step, Term, TermId, Terms, integer, longer};
 
 impl Terms<'_> {
     /// Part `index` of a value.
@@ -173,6 +173,49 @@ impl Terms<'_> {
         }
     }
 
+    /// A conversion, or a bit cast.
+    pub fn cast(&mut self, kind: ScalarKind, convert: Option<Bytes>, value: TermId) -> TermId {
+        self.intern(Term::As(kind, convert, value))
+    }
+
+    /// The number of a pixel, row by row: `y * width + x`.
+    pub fn linear_index(&mut self, width: TermId) -> TermId {
+        let [x, y] = [0, 1].map(|axis| self.intern(Term::Id(Id::Global(axis))));
+        let row = self.binary(BinaryOperator::Multiply, Operands::Integers, y, width);
+        self.binary(BinaryOperator::Add, Operands::Integers, row, x)
+    }
+
+    /// Column or row of a pixel's number: `(y * width + x) % width` is x, since x lies inside the width, and
+    /// `(y * width + x) / width` is y; as `i32`, too, since a picture has less than 2³¹ pixels.
+    fn unlinear(&mut self, op: BinaryOperator, left: TermId, right: TermId) -> Option<TermId> {
+        let width = self.width?;
+        let axis = match op {
+            BinaryOperator::Modulo => 0,
+            BinaryOperator::Divide => 1,
+            _ => return None,
+        };
+        let number = self.linear_index(width);
+        let of = self.intern(Term::Id(Id::Global(axis)));
+        if (left, right) == (number, width) {
+            return Some(of);
+        }
+        let signed = |terms: &Terms, id| match *terms.get(id) {
+            Term::As(ScalarKind::Sint, Some(4) | None, inner) => Some(inner),
+            _ => None,
+        };
+        let as_signed = match self.get(width) {
+            Term::As(ScalarKind::Uint, Some(4), inner) => Some(*inner),
+            Term::Literal(Bits(Literal::U32(n))) => {
+                let n = *n;
+                Some(self.literal(Literal::I32(n as i32)))
+            }
+            _ => None,
+        };
+        let same_width = as_signed == Some(right) || signed(self, right) == Some(width);
+        (signed(self, left) == Some(number) && same_width)
+            .then(|| self.intern(Term::As(ScalarKind::Sint, Some(4), of)))
+    }
+
     /// A binary operation on two scalars, or on two whole values.
     pub fn binary(
         &mut self,
@@ -186,6 +229,9 @@ impl Terms<'_> {
             && let Some(folded) = fold(op, left, right)
         {
             return self.literal(folded);
+        }
+        if let Some(of) = self.unlinear(op, left, right) {
+            return of;
         }
         let is = |terms: &Terms, id, n: i64| integer(terms.as_literal(id)) == Some(n);
         match op {

@@ -1,11 +1,11 @@
 //! What an entry point starts with: its workgroup size and its builtins.
 
-use naga::TypeInner;
+use naga::{BinaryOperator, TypeInner};
 
 use super::Walk;
 use crate::analysis::{
     evaluate::Value,
-    term::{Composite, Id, Opacity, Term, TermId},
+    term::{Composite, Id, Opacity, Operands, Term, TermId},
 };
 
 impl Walk<'_> {
@@ -49,6 +49,11 @@ impl Walk<'_> {
     pub(super) fn builtin(&mut self, binding: &naga::Binding, group_size: [TermId; 3]) -> TermId {
         use naga::BuiltIn as B;
         let scalar = naga::Scalar::U32;
+        if let Some(width) = self.terms.width
+            && let Some(term) = self.linear_builtin(binding, width, group_size)
+        {
+            return term;
+        }
         let mut vector = |id: &dyn Fn(u8) -> Id| {
             let parts = (0..3)
                 .map(|axis| self.terms.intern(Term::Id(id(axis))))
@@ -67,5 +72,31 @@ impl Walk<'_> {
             }
             _ => self.terms.opaque(Opacity::Unfollowed, Vec::new()),
         }
+    }
+
+    /// The ids of invocation `y * width + x` of a one-dimensional dispatch.
+    fn linear_builtin(
+        &mut self,
+        binding: &naga::Binding,
+        width: TermId,
+        [size, ..]: [TermId; 3],
+    ) -> Option<TermId> {
+        use naga::BuiltIn as B;
+        let number = self.terms.linear_index(width);
+        let zero = self.terms.literal(naga::Literal::U32(0));
+        let operands = Operands::Integers;
+        let local = (self.terms).binary(BinaryOperator::Modulo, operands, number, size);
+        let group = (self.terms).binary(BinaryOperator::Divide, operands, number, size);
+        let first = match binding.to_built_in()? {
+            B::GlobalInvocationId => number,
+            B::LocalInvocationId => local,
+            B::WorkGroupId => group,
+            B::LocalInvocationIndex => return Some(local),
+            _ => return None,
+        };
+        Some(
+            self.terms
+                .vector(naga::Scalar::U32, vec![first, zero, zero]),
+        )
     }
 }

@@ -11,6 +11,7 @@
 mod arguments;
 mod calls;
 mod control;
+mod width;
 
 use naga::{
     Block, Expression, Function, Handle, LocalVariable, Module, Range, Span, Statement,
@@ -18,8 +19,8 @@ use naga::{
 };
 
 use super::{
-    Access, AccessKind, Address, ConditionSite, FunctionRef, Instance, InstanceId, Scope, Target,
-    Tie, TieSite,
+    Access, AccessKind, Address, AtomicKind, ConditionSite, FunctionRef, Instance, InstanceId,
+    Scope, Target, Tie, TieSite,
     env::{Changes, Env, Variable},
     evaluate::{Root, Value},
     facts::Facts,
@@ -28,6 +29,7 @@ use super::{
     term::{LoopId, Opacity, TermId, Terms},
 };
 use crate::ir::statements::{Numbering, StatementId};
+pub use width::Width;
 
 /// More paths of calls than this are not followed.
 pub const MAX_INSTANCES: usize = 4096;
@@ -41,6 +43,8 @@ pub struct Found<'a> {
     pub terms: Terms<'a>,
     /// The original workgroup size.
     pub group_size: [TermId; 3],
+    /// The width of the picture, where the dispatch numbers its pixels row by row.
+    pub width: Option<TermId>,
     /// The functions on a path to an effect, once for each path; the entry point first.
     pub instances: Vec<Instance>,
     /// Accesses to memory that the shader writes.
@@ -124,6 +128,7 @@ pub fn walk<'a>(
     info: &'a ModuleInfo,
     facts: &'a Facts,
     entry: usize,
+    width: Option<&Width>,
 ) -> Found<'a> {
     let mut walk = Walk {
         module,
@@ -142,6 +147,8 @@ pub fn walk<'a>(
         truncated: false,
     };
     let group_size = walk.group_size();
+    let width = width.map(|width| walk.width(width));
+    walk.terms.width = width;
     let arguments = walk.entry_arguments(group_size);
     walk.instances.push(Instance {
         function: FunctionRef::Entry,
@@ -153,6 +160,7 @@ pub fn walk<'a>(
     Found {
         terms: walk.terms,
         group_size,
+        width,
         instances: walk.instances,
         accesses: walk.accesses,
         ties: walk.ties,
@@ -317,7 +325,10 @@ impl<'a> Walk<'a> {
                 }
             }
             Statement::Atomic {
-                pointer, result, ..
+                pointer,
+                ref fun,
+                value,
+                result,
             } => {
                 let span = statement_span(frame.function, statement, span);
                 let place = self.place(frame, pointer);
@@ -331,6 +342,7 @@ impl<'a> Walk<'a> {
                         let address = Address::Part(place.steps.clone());
                         let kind = AccessKind::Atomic {
                             used: result.is_some_and(|result| is_used(frame.function, result)),
+                            function: self.atomic_kind(frame, fun, value),
                         };
                         self.note_access(frame, kind, target, address, span);
                     }
@@ -342,12 +354,16 @@ impl<'a> Walk<'a> {
                 image,
                 coordinate,
                 array_index,
-                ..
+                fun,
+                value,
             } => {
                 let span = statement_span(frame.function, statement, span);
                 if let Some(target) = self.written_texture(frame, image) {
                     let address = self.texel(frame, coordinate, array_index);
-                    let kind = AccessKind::Atomic { used: false };
+                    let kind = AccessKind::Atomic {
+                        used: false,
+                        function: self.atomic_kind(frame, &fun, value),
+                    };
                     self.note_access(frame, kind, target, address, span);
                 }
             }
@@ -394,6 +410,33 @@ impl<'a> Walk<'a> {
             }
         }
         true
+    }
+
+    fn atomic_kind(
+        &self,
+        frame: &Frame<'a>,
+        function: &naga::AtomicFunction,
+        value: Handle<Expression>,
+    ) -> AtomicKind {
+        use naga::AtomicFunction as A;
+        let inner = frame.info[value].ty.inner_with(&self.module.types);
+        let is_integer = matches!(
+            inner.scalar_kind(),
+            Some(naga::ScalarKind::Sint | naga::ScalarKind::Uint)
+        );
+        match function {
+            A::Add | A::Subtract if is_integer => AtomicKind::Sum,
+            A::Min | A::Max | A::And | A::InclusiveOr if is_integer => AtomicKind::Once,
+            A::Add => AtomicKind::Other("atomicAdd"),
+            A::Subtract => AtomicKind::Other("atomicSub"),
+            A::Min => AtomicKind::Other("atomicMin"),
+            A::Max => AtomicKind::Other("atomicMax"),
+            A::And => AtomicKind::Other("atomicAnd"),
+            A::InclusiveOr => AtomicKind::Other("atomicOr"),
+            A::ExclusiveOr => AtomicKind::Other("atomicXor"),
+            A::Exchange { compare: None } => AtomicKind::Other("atomicExchange"),
+            A::Exchange { compare: Some(_) } => AtomicKind::Other("atomicCompareExchangeWeak"),
+        }
     }
 
     /// Sets the result of a statement that gives a value of its own.

@@ -186,6 +186,8 @@ pub fn entry_function(
         pixel,
         group_size,
         params: prologue.params,
+        // a dispatch of one dimension is refused where invocations work together
+        width: None,
     };
     let mut recompute = Recompute::new(terms, entry, ids(id), []);
     let sizes = [0, 1].map(|axis| recompute.emit(&mut code, group_size[axis]));
