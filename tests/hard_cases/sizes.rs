@@ -1,0 +1,209 @@
+//! Sizes that fit nothing: the laws, and the lists, at all of them.
+
+use vrcs::{
+    Rate,
+    build::{
+        BuildOptions, CoordLayout,
+        cpu::{self, Coordinates},
+    },
+    check::{Job, Verdict},
+    sri::Sri,
+};
+use vrcs_passes::{Source, options::MaxRate};
+
+use crate::{
+    case::{Case, Family},
+    common,
+};
+
+pub const FAMILY: Family = Family {
+    name: "sizes",
+    about: "From a single pixel to the largest pictures: odd, prime, thinner than a subgroup.",
+    cases: &[
+        Case {
+            id: "E22",
+            name: "the laws at sizes that no tile, quad or wave divides",
+            hazard: "reads outside give false edges; the last column wraps into the next row; a partial tile is dropped",
+            bound: "every law, bit for bit, at 20 sizes from 1×1 to 97×3",
+            guard: "vrcs_members_in_extent in the prelude; without it the copies of the last column land in the next row",
+            run: laws_at_odd_sizes,
+        },
+        Case {
+            id: "E23",
+            name: "each pixel written exactly once, up to 16,384 wide or high",
+            hazard: "a pixel written twice, or never, in the last odd column",
+            bound: "once, at 12 sizes, all rates mixed",
+            guard: "entry_of cuts its mask to the extent; without it pixels outside are written",
+            run: exactly_once,
+        },
+        Case {
+            id: "E28",
+            name: "coordinates past 4,096 and 16,384",
+            hazard: "12- or 14-bit coordinates wrap",
+            bound: "every primary's position is its own at 16,384×1 and 1×16,384",
+            guard: "entries are relative to their tile, and tiles are numbered in 32 bits",
+            run: far_coordinates,
+        },
+    ],
+};
+
+fn laws_at_odd_sizes() -> Result<String, String> {
+    let source = Source::new(
+        "sizes.wgsl",
+        "@group(0) @binding(0) var<storage, read_write> out: array<vec2<u32>>;
+@group(0) @binding(1) var<uniform> width: u32;
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= width { return; }
+    out[id.y * width + id.x] = vec2(id.x * 3u + 1u, id.y * 5u + id.x * 7919u);
+}
+",
+    );
+    let sizes = [
+        [1, 1],
+        [2, 1],
+        [1, 2],
+        [3, 2],
+        [2, 3],
+        [7, 1],
+        [1, 7],
+        [8, 8],
+        [9, 9],
+        [15, 17],
+        [16, 16],
+        [17, 17],
+        [31, 2],
+        [33, 5],
+        [5, 33],
+        [13, 47],
+        [64, 3],
+        [3, 64],
+        [61, 67],
+        [97, 3],
+    ];
+    for (number, size) in sizes.into_iter().enumerate() {
+        let mut job = Job::new("main");
+        job.size = size;
+        job.seed = number as u64;
+        job.cases = 24;
+        job.options.max_rate = MaxRate::R4x4;
+        job.settings
+            .set
+            .insert("width".to_owned(), vec![f64::from(size[0])]);
+        let report = common::run(&source, &job);
+        // a picture of one pixel or one group is the same everywhere, and cannot tell
+        let is_told = report.verdict == Verdict::Passed
+            || report.verdict == Verdict::Inconclusive
+                && size[0] * size[1] <= 2
+                && report.failure.is_none();
+        if !is_told {
+            return Err(format!(
+                "{size:?}: {:?} {:?} {:?}",
+                report.verdict, report.why, report.failure
+            ));
+        }
+    }
+    Ok(format!("all held at {} sizes", sizes.len()))
+}
+
+/// Mixed rates, the same on every run.
+fn mixed(width: u32, height: u32) -> Sri {
+    let mut rng = fastrand::Rng::with_seed(u64::from(width) << 32 | u64::from(height));
+    Sri::from_fn(width, height, |x, y| match (x / 4 + y / 4) % 3 {
+        0 => Rate::ALL[rng.usize(..7)].code(),
+        1 => Rate::R4X4.code(),
+        _ => rng.u8(..),
+    })
+}
+
+fn options() -> BuildOptions {
+    BuildOptions {
+        largest: Rate::R4X4,
+        ..BuildOptions::default()
+    }
+}
+
+/// Each pixel that is written, with the pixel that is shaded for it; the pixels of an identity tile are their own.
+fn members(built: &Coordinates) -> impl Iterator<Item = ([u32; 2], [u32; 2])> {
+    let (tiles, [wide, high], extent) = (built.layout.tiles, built.options.tile, built.extent);
+    (0..built.layout.tile_count()).flat_map(move |tile| {
+        let origin = [tile % tiles[0] * wide, tile / tiles[0] * high];
+        let mut pairs = Vec::new();
+        if built.header(tile).is_identity() {
+            for y in origin[1]..(origin[1] + high).min(extent[1]) {
+                pairs.extend(
+                    (origin[0]..(origin[0] + wide).min(extent[0])).map(|x| ([x, y], [x, y])),
+                );
+            }
+        }
+        for entry in built.entries(tile) {
+            let primary = [origin[0] + entry.x(), origin[1] + entry.y()];
+            for bit in (0..16).filter(|bit| entry.mask() >> bit & 1 != 0) {
+                pairs.push((
+                    [
+                        (primary[0] & !3) + (bit & 3),
+                        (primary[1] & !3) + (bit >> 2),
+                    ],
+                    primary,
+                ));
+            }
+        }
+        pairs
+    })
+}
+
+fn exactly_once() -> Result<String, String> {
+    let sizes = [
+        [1, 1],
+        [1, 2],
+        [5, 3],
+        [17, 31],
+        [257, 2],
+        [1920, 1080],
+        [1081, 2159],
+        [16384, 1],
+        [1, 16384],
+        [16384, 3],
+        [3, 16383],
+        [8192, 16],
+    ];
+    for [width, height] in sizes {
+        let built = cpu::build(&mixed(width, height), [width, height], &options());
+        let mut written = vec![0u8; width as usize * height as usize];
+        for ([x, y], _) in members(&built) {
+            if x >= width || y >= height {
+                return Err(format!("{width}x{height}: ({x}, {y}) lies outside"));
+            }
+            written[y as usize * width as usize + x as usize] += 1;
+        }
+        if let Some(at) = written.iter().position(|&times| times != 1) {
+            let (x, y) = (at as u32 % width, at as u32 / width);
+            return Err(format!(
+                "{width}x{height}: ({x}, {y}) is written {} times",
+                written[at]
+            ));
+        }
+    }
+    Ok(format!("once at {} sizes", sizes.len()))
+}
+
+fn far_coordinates() -> Result<String, String> {
+    for extent in [[16_384, 1], [1, 16_384]] {
+        let layout = CoordLayout::new(extent, &options());
+        let built = cpu::build(
+            &Sri::uniform(extent[0], extent[1], Rate::R1X1),
+            extent,
+            &options(),
+        );
+        let mut seen: Vec<u32> = members(&built).map(|(_, [x, y])| x.max(y)).collect();
+        seen.sort_unstable();
+        if seen != (0..16_384).collect::<Vec<u32>>() {
+            return Err(format!(
+                "{extent:?}: {} primaries, {} tiles",
+                seen.len(),
+                layout.tile_count()
+            ));
+        }
+    }
+    Ok("16,384 of 16,384".to_owned())
+}
