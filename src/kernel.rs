@@ -41,7 +41,9 @@ pub(crate) fn compose(source: Source, defs: Defs) -> naga::Module {
         .iter()
         .map(|&(name, value)| (name.to_owned(), ShaderDefValue::UInt(value)))
         .collect();
-    let mut composer = Composer::default();
+    // halves in f32: packing and unpacking, which every backend but WebGL has
+    let mut composer =
+        Composer::default().with_capabilities(naga::valid::Capabilities::SHADER_FLOAT16_IN_FLOAT32);
     if source.text.contains("#import") {
         for module in MODULES {
             add_module(&mut composer, *module);

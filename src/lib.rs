@@ -41,8 +41,10 @@ pub mod attach;
 pub mod build;
 #[cfg(feature = "cli")]
 pub mod check;
+pub mod classify;
 #[cfg(feature = "cli")]
 pub mod cli;
+pub mod deblock;
 #[cfg(feature = "cli")]
 pub mod demo;
 pub mod dispatch;

@@ -1,0 +1,532 @@
+//! The deblocker on the GPU: `shaders/deblock.wgsl`, recorded into the caller's encoder or pass.
+
+use bytemuck::{Pod, Zeroable};
+
+use super::{Counters, DeblockError, DepthKind, Options, Packing, Picture, Way, luma_pitch};
+use crate::{
+    kernel::{self, shader},
+    sri::SriLayout,
+};
+
+/// The kernel's parameters, as in `shaders/deblock.wgsl`.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+struct Params {
+    extent: [u32; 2],
+    rates_pitch: u32,
+    luma_pitch: u32,
+    phase: u32,
+    picture_pitch: u32,
+    inverse_depth: [f32; 2],
+    tolerance: f32,
+    exposure: f32,
+    padding: [u32; 2],
+}
+
+/// The pixels of a workgroup: 8×8 invocations of 4×2 pixels each.
+const GROUP: [u32; 2] = [32, 16];
+
+/// The pipelines that deblock one kind of picture.
+#[derive(Debug)]
+pub struct Deblocker {
+    options: Options,
+    way: Way,
+    layout: wgpu::BindGroupLayout,
+    filter: wgpu::ComputePipeline,
+    give_back: Option<wgpu::ComputePipeline>,
+}
+
+/// What a deblocker works on.
+#[derive(Clone, Copy, Debug)]
+pub struct Inputs<'i> {
+    /// The picture. A texture needs the usages `STORAGE_BINDING` and, where it goes through a scratch texture,
+    /// `TEXTURE_BINDING`.
+    pub picture: PictureInput<'i>,
+    /// The effective rates: a byte for each quad in the form of [`SriLayout`], the low 4 bits the rate's code, bit 7 set where
+    /// coverage split the quad's block. A plain shading-rate image will do where nothing is split.
+    pub rates: &'i wgpu::Buffer,
+    /// Depth, if declared: a depth texture (its depth aspect) or one of 32-bit floats.
+    pub depth: Option<&'i wgpu::TextureView>,
+    /// Surface numbers, if declared: an unsigned-integer texture.
+    pub surfaces: Option<&'i wgpu::TextureView>,
+    /// Where the luma goes, if declared: a storage buffer of [`luma_pitch`] times the height.
+    pub luma: Option<&'i wgpu::Buffer>,
+}
+
+/// A picture to deblock.
+#[derive(Clone, Copy, Debug)]
+pub enum PictureInput<'i> {
+    /// A texture.
+    Texture(&'i wgpu::TextureView),
+    /// A storage buffer, and pixels from row to row.
+    Buffer(&'i wgpu::Buffer, u32),
+}
+
+/// A deblocker's bindings to one picture.
+#[derive(Debug)]
+pub struct Bound {
+    extent: [u32; 2],
+    room: [u32; 2],
+    picture_pitch: u32,
+    rates_size: u64,
+    luma_size: u64,
+    params: wgpu::Buffer,
+    group: wgpu::BindGroup,
+    give_back: Option<wgpu::BindGroup>,
+    counters: Option<wgpu::Buffer>,
+}
+
+impl Deblocker {
+    /// Makes the pipelines. `adapter` tells whether the device reads and writes the picture's format in one shader; without it,
+    /// only what WebGPU guarantees is used.
+    ///
+    /// # Errors
+    /// If the device does not store the format, or the options contradict themselves.
+    pub fn new(
+        device: &wgpu::Device,
+        adapter: Option<&wgpu::Adapter>,
+        options: Options,
+    ) -> Result<Deblocker, DeblockError> {
+        check(&options)?;
+        let way = way(device, adapter, options.picture)?;
+        let layout = layout(device, &options, way);
+        let module = kernel::shader_module(device, shader!("deblock.wgsl"), &defs(&options, way));
+        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("vrcs deblock"),
+            bind_group_layouts: &[Some(&layout)],
+            immediate_size: 0,
+        });
+        let pipeline = |entry| {
+            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some("vrcs deblock"),
+                layout: Some(&pipeline_layout),
+                module: &module,
+                entry_point: Some(entry),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                cache: None,
+            })
+        };
+        Ok(Deblocker {
+            options,
+            way,
+            filter: pipeline("filter_quads"),
+            give_back: (way == Way::Scratch).then(|| pipeline("return_quads")),
+            layout,
+        })
+    }
+
+    /// The options.
+    pub fn options(&self) -> &Options {
+        &self.options
+    }
+
+    /// How the picture is read and written; its `Display` says why.
+    pub fn way(&self) -> Way {
+        self.way
+    }
+
+    /// Binds a picture and its inputs. [`Deblocker::set_frame`] has to follow.
+    ///
+    /// # Errors
+    /// If an input that was declared is missing, or one that was not is given.
+    pub fn bind(&self, device: &wgpu::Device, inputs: &Inputs) -> Result<Bound, DeblockError> {
+        let agree = |what, declared: bool, given: bool| match declared == given {
+            true => Ok(()),
+            false => Err(DeblockError::Inputs(format!(
+                "{what} {}",
+                match declared {
+                    true => "was declared and is missing",
+                    false => "was given but not declared in the options",
+                }
+            ))),
+        };
+        agree(
+            "depth",
+            self.options.depth.is_some(),
+            inputs.depth.is_some(),
+        )?;
+        agree("surfaces", self.options.surfaces, inputs.surfaces.is_some())?;
+        agree("luma", self.options.luma.is_some(), inputs.luma.is_some())?;
+        let (room, picture_pitch) = self.room(inputs)?;
+
+        let params = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("vrcs deblock params"),
+            size: size_of::<Params>() as u64,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let counters = self.options.counters.then(|| {
+            device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("vrcs deblock counters"),
+                size: size_of::<Counters>() as u64,
+                usage: wgpu::BufferUsages::STORAGE
+                    | wgpu::BufferUsages::COPY_DST
+                    | wgpu::BufferUsages::COPY_SRC,
+                mapped_at_creation: false,
+            })
+        });
+        let scratch = (self.way == Way::Scratch).then(|| self.scratch(device, room));
+        let (from, to) = match (inputs.picture, &scratch) {
+            (PictureInput::Texture(view), Some(scratch)) => (
+                wgpu::BindingResource::TextureView(view),
+                Some(wgpu::BindingResource::TextureView(scratch)),
+            ),
+            (PictureInput::Texture(view), None) => (wgpu::BindingResource::TextureView(view), None),
+            (PictureInput::Buffer(buffer, _), _) => (buffer.as_entire_binding(), None),
+        };
+        let group = |picture: wgpu::BindingResource, result: Option<wgpu::BindingResource>| {
+            let mut entries = vec![
+                (0, params.as_entire_binding()),
+                (1, inputs.rates.as_entire_binding()),
+                (2, picture),
+            ];
+            entries.extend(result.map(|result| (3, result)));
+            entries.extend(
+                inputs
+                    .depth
+                    .map(|view| (4, wgpu::BindingResource::TextureView(view))),
+            );
+            entries.extend(
+                inputs
+                    .surfaces
+                    .map(|view| (5, wgpu::BindingResource::TextureView(view))),
+            );
+            entries.extend(inputs.luma.map(|buffer| (6, buffer.as_entire_binding())));
+            entries.extend(
+                counters
+                    .as_ref()
+                    .map(|buffer| (7, buffer.as_entire_binding())),
+            );
+            let entries: Vec<wgpu::BindGroupEntry> = entries
+                .into_iter()
+                .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
+                .collect();
+            device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("vrcs deblock"),
+                layout: &self.layout,
+                entries: &entries,
+            })
+        };
+        Ok(Bound {
+            extent: [0, 0],
+            room,
+            picture_pitch,
+            rates_size: inputs.rates.size(),
+            luma_size: inputs.luma.map_or(0, wgpu::Buffer::size),
+            give_back: to.clone().map(|to| group(to, Some(from.clone()))),
+            group: group(from, to),
+            params,
+            counters,
+        })
+    }
+
+    /// The largest extent that the picture holds, and the pixels in a row of one in a buffer.
+    fn room(&self, inputs: &Inputs) -> Result<([u32; 2], u32), DeblockError> {
+        match (self.options.picture, inputs.picture) {
+            (Picture::Buffer(packing), PictureInput::Buffer(buffer, pitch)) => {
+                let pixels = buffer.size() / 4 / u64::from(packing.words());
+                let rows = pixels / u64::from(pitch.max(1));
+                Ok(([pitch, u32::try_from(rows).unwrap_or(u32::MAX)], pitch))
+            }
+            (Picture::Texture(_) | Picture::R32Uint(_), PictureInput::Texture(view)) => {
+                let wanted = match self.options.picture {
+                    Picture::Texture(format) => format,
+                    _ => wgpu::TextureFormat::R32Uint,
+                };
+                let texture = view.texture();
+                match texture.format() == wanted {
+                    true => Ok(([texture.width(), texture.height()], 0)),
+                    false => Err(DeblockError::Inputs(format!(
+                        "the picture is {:?}; {wanted:?} was declared",
+                        texture.format()
+                    ))),
+                }
+            }
+            _ => Err(DeblockError::Inputs(
+                "the picture is a buffer where a texture was declared, or the other way round"
+                    .into(),
+            )),
+        }
+    }
+
+    fn scratch(&self, device: &wgpu::Device, size: [u32; 2]) -> wgpu::TextureView {
+        let format = match self.options.picture {
+            Picture::Texture(format) => format,
+            Picture::R32Uint(_) | Picture::Buffer(_) => wgpu::TextureFormat::R32Uint,
+        };
+        let texture = device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("vrcs deblock scratch"),
+            size: wgpu::Extent3d {
+                width: size[0],
+                height: size[1],
+                depth_or_array_layers: 1,
+            },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        });
+        texture.create_view(&wgpu::TextureViewDescriptor::default())
+    }
+
+    /// Sets the extent of the picture and the order of the primaries for dispatches that are submitted from now on. `order`
+    /// is 0 where the first pixel of a group is always its primary, else 1 + the frame's number modulo 4: the one that the
+    /// coordinates of this frame were built with.
+    ///
+    /// # Errors
+    /// If an input is smaller than the extent.
+    pub fn set_frame(
+        &self,
+        queue: &wgpu::Queue,
+        bound: &mut Bound,
+        extent: [u32; 2],
+        order: u32,
+    ) -> Result<(), DeblockError> {
+        let sri = SriLayout::new(extent[0], extent[1]);
+        let luma_pitch = luma_pitch(extent[0]);
+        let luma_bytes = match self.options.luma {
+            Some(_) => u64::from(luma_pitch) * u64::from(extent[1]),
+            None => 0,
+        };
+        let fits = extent[0] <= bound.room[0]
+            && extent[1] <= bound.room[1]
+            && sri.bytes() <= bound.rates_size
+            && luma_bytes <= bound.luma_size;
+        if !fits {
+            return Err(DeblockError::Inputs(format!(
+                "an extent of {}x{} needs a picture of that size ({}x{} given), {} bytes of rates ({} given) and {luma_bytes} of \
+                 luma ({} given)",
+                extent[0],
+                extent[1],
+                bound.room[0],
+                bound.room[1],
+                sri.bytes(),
+                bound.rates_size,
+                bound.luma_size
+            )));
+        }
+        if order > 4 {
+            return Err(DeblockError::Options("the order of primaries is 0 to 4"));
+        }
+        bound.extent = extent;
+        let depth = self.options.depth;
+        let params = Params {
+            extent,
+            rates_pitch: sri.pitch / 4,
+            luma_pitch: luma_pitch / 4,
+            phase: order,
+            picture_pitch: bound.picture_pitch,
+            inverse_depth: depth.and_then(|d| d.kind.to_inverse()).unwrap_or_default(),
+            tolerance: depth.map_or(0.0, |d| (-f32::from(d.tolerance as u16)).exp2()),
+            exposure: self.options.luma.map_or(1.0, |luma| luma.exposure),
+            padding: [0; 2],
+        };
+        queue.write_buffer(&bound.params, 0, bytemuck::bytes_of(&params));
+        Ok(())
+    }
+
+    /// Records the filter, with a pass of its own; counters start at 0.
+    pub fn record(&self, encoder: &mut wgpu::CommandEncoder, bound: &Bound) {
+        if let Some(counters) = &bound.counters {
+            encoder.clear_buffer(counters, 0, None);
+        }
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("vrcs deblock"),
+            timestamp_writes: None,
+        });
+        self.record_in(&mut pass, bound);
+    }
+
+    /// Records the filter into a compute pass of the caller's. Counters go on from where they are.
+    pub fn record_in(&self, pass: &mut wgpu::ComputePass, bound: &Bound) {
+        let [x, y] = [0, 1].map(|axis| bound.extent[axis].div_ceil(GROUP[axis]));
+        pass.set_pipeline(&self.filter);
+        pass.set_bind_group(0, &bound.group, &[]);
+        pass.dispatch_workgroups(x, y, 1);
+        if let (Some(pipeline), Some(group)) = (&self.give_back, &bound.give_back) {
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(0, group, &[]);
+            pass.dispatch_workgroups(x, y, 1);
+        }
+    }
+}
+
+impl Bound {
+    /// The buffer of the [`Counters`], if they are kept: to be copied and mapped by the caller.
+    pub fn counters(&self) -> Option<&wgpu::Buffer> {
+        self.counters.as_ref()
+    }
+}
+
+fn check(options: &Options) -> Result<(), DeblockError> {
+    if let Some(depth) = options.depth {
+        if !(1..=20).contains(&depth.tolerance) {
+            return Err(DeblockError::Options(
+                "the depth tolerance has to be 1 to 20",
+            ));
+        }
+        if !depth.kind.is_possible() {
+            return Err(DeblockError::Options(
+                "the planes of depth have to be 0 < near < far",
+            ));
+        }
+    }
+    if let Some(luma) = options.luma
+        && !(luma.exposure > 0.0 && luma.exposure.is_finite())
+    {
+        return Err(DeblockError::Options(
+            "the exposure has to be above 0 and finite",
+        ));
+    }
+    match options.picture {
+        Picture::R32Uint(packing) if packing.words() != 1 => Err(DeblockError::Options(
+            "a texel of r32uint holds one word: rgba8unorm or rg11b10ufloat",
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// Chooses the way.
+fn way(
+    device: &wgpu::Device,
+    adapter: Option<&wgpu::Adapter>,
+    picture: Picture,
+) -> Result<Way, DeblockError> {
+    use wgpu::{TextureFormat as T, TextureFormatFeatureFlags as Flags};
+    let Picture::Texture(format) = picture else {
+        return Ok(Way::InPlace);
+    };
+    let refuse = |why| Err(DeblockError::Format { format, why });
+    if !matches!(
+        format,
+        T::Rgba8Unorm | T::Rgba16Float | T::Rgba32Float | T::Rg11b10Ufloat
+    ) {
+        return refuse(
+            "is not supported; the formats are rgba8unorm, rgba16float, rgba32float and rg11b10ufloat, or r32uint and buffers of packed \
+             pixels",
+        );
+    }
+    let features = device.features();
+    let is_asked = features.contains(wgpu::Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES);
+    let known = match adapter.filter(|_| is_asked) {
+        Some(adapter) => adapter.get_texture_format_features(format),
+        None => format.guaranteed_format_features(features),
+    };
+    if known.flags.contains(Flags::STORAGE_READ_WRITE) {
+        return Ok(Way::InPlace);
+    }
+    match known.flags.contains(Flags::STORAGE_WRITE_ONLY) {
+        true => Ok(Way::Scratch),
+        false => refuse(
+            "is not stored by this device; pack it into an r32uint texture or a storage buffer (`Packing`), or request \
+             TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES and give the adapter",
+        ),
+    }
+}
+
+fn defs(options: &Options, way: Way) -> Vec<(&'static str, u32)> {
+    let packed = |packing| match packing {
+        Packing::Rgba8Unorm => vec!["PACKED_RGBA8", "ONE_WORD"],
+        Packing::Rg11b10Ufloat => vec!["PACKED_RG11B10", "ONE_WORD"],
+        Packing::Rgba16Float => vec!["TWO_WORDS"],
+        Packing::Rgba32Float => vec!["FOUR_WORDS"],
+    };
+    let mut names = match options.picture {
+        Picture::Texture(format) => vec![
+            match way {
+                Way::InPlace => "IN_PLACE",
+                Way::Scratch => "SCRATCH",
+            },
+            match format {
+                wgpu::TextureFormat::Rgba8Unorm => "RGBA8",
+                wgpu::TextureFormat::Rgba16Float => "RGBA16",
+                wgpu::TextureFormat::Rgba32Float => "RGBA32",
+                _ => "RG11B10",
+            },
+        ],
+        Picture::R32Uint(packing) => [vec!["R32UINT"], packed(packing)].concat(),
+        Picture::Buffer(packing) => [vec!["BUFFER"], packed(packing)].concat(),
+    };
+    if let Some(depth) = options.depth {
+        names.push("DEPTH");
+        if depth.kind == DepthKind::Linear {
+            names.push("LINEAR");
+        }
+    }
+    if options.surfaces {
+        names.push("SURFACES");
+    }
+    if let Some(luma) = options.luma {
+        names.push("LUMA");
+        if luma.is_srgb {
+            names.push("LUMA_SRGB");
+        }
+    }
+    if options.counters {
+        names.push("COUNTERS");
+    }
+    names.into_iter().map(|name| (name, 1)).collect()
+}
+
+fn layout(device: &wgpu::Device, options: &Options, way: Way) -> wgpu::BindGroupLayout {
+    let buffer = |ty| wgpu::BindingType::Buffer {
+        ty,
+        has_dynamic_offset: false,
+        min_binding_size: None,
+    };
+    let storage = |read_only| buffer(wgpu::BufferBindingType::Storage { read_only });
+    let sampled = |sample_type| wgpu::BindingType::Texture {
+        sample_type,
+        view_dimension: wgpu::TextureViewDimension::D2,
+        multisampled: false,
+    };
+    let stored = |access, format| wgpu::BindingType::StorageTexture {
+        access,
+        format,
+        view_dimension: wgpu::TextureViewDimension::D2,
+    };
+    let float = wgpu::TextureSampleType::Float { filterable: false };
+    let mut bindings = vec![
+        (0, buffer(wgpu::BufferBindingType::Uniform)),
+        (1, storage(true)),
+    ];
+    use wgpu::StorageTextureAccess::{ReadWrite, WriteOnly};
+    match (options.picture, way) {
+        (Picture::Texture(format), Way::InPlace) => bindings.push((2, stored(ReadWrite, format))),
+        (Picture::Texture(format), Way::Scratch) => {
+            bindings.push((2, sampled(float)));
+            bindings.push((3, stored(WriteOnly, format)));
+        }
+        (Picture::R32Uint(_), _) => {
+            bindings.push((2, stored(ReadWrite, wgpu::TextureFormat::R32Uint)));
+        }
+        (Picture::Buffer(_), _) => bindings.push((2, storage(false))),
+    }
+    let optional = [
+        (4, options.depth.is_some(), sampled(float)),
+        (5, options.surfaces, sampled(wgpu::TextureSampleType::Uint)),
+        (6, options.luma.is_some(), storage(false)),
+        (7, options.counters, storage(false)),
+    ];
+    bindings.extend(
+        optional
+            .into_iter()
+            .filter(|&(_, is_declared, _)| is_declared)
+            .map(|(binding, _, ty)| (binding, ty)),
+    );
+    let entries: Vec<wgpu::BindGroupLayoutEntry> = bindings
+        .into_iter()
+        .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::COMPUTE,
+            ty,
+            count: None,
+        })
+        .collect();
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("vrcs deblock"),
+        entries: &entries,
+    })
+}

@@ -1,0 +1,225 @@
+//! The deblock stage: removes the half-pixel offset that copies leave.
+//!
+//! *Does*: gives every duplicate the value that lies between its own group's primary and the neighbouring groups'. *Needs*: the picture
+//! after all passes that copy, before transparency (slides, "Activision's Deblocker"); the effective rates; optionally depth and surface
+//! numbers. *Guarantees*: no race, so the same picture in every run; every result lies between the values that it was made of;
+//! full-rate quads and all primaries keep their bits. *Refuses*: formats that it cannot store.
+//!
+//! # Where the taps lie
+//!
+//! A group of W×H pixels holds the value f(s) of one sample s, its primary; the copy puts it at every pixel p of the group. On a
+//! ramp f(x) = x that is wrong by s − p: at 2x1 with the first pixel as primary by 0 and −1, half a pixel in the mean. (The
+//! hardware samples the middle and is wrong by ½ and −½: no offset. Hence the slides' "half pixel offset".) All members of a group
+//! are equal, so an average *within* it does nothing: a useful filter reads the neighbouring group. The value that belongs at p
+//! lies between s and the next sample n on p's side of s; linearly, it is
+//!
+//! `f(p) ≈ f(s) + (f(n) − f(s)) · |p − s| / |n − s|`
+//!
+//! For groups of equal rate |n − s| = W. At 2x1 that is the mean of a pixel and its right neighbour: "average two pixels
+//! horizontally". At 1x2 it is the mean of two vertically. At 2x2, bilinear, the pixel opposite to the primary gets the mean of
+//! the four pixels around its corner, and its neighbours the mean of two. 4 wide, the weights are ¼, ½ and ¾. Where the
+//! neighbour has another rate its sample is nearer or farther; both samples' places are known, so the weight is right there
+//! too. If primaries rotate from frame to frame, s moves to the group's last pixel, and the same formula reads the neighbour on the
+//! other side.
+//!
+//! # Why nothing races
+//!
+//! The slides read and write one picture and accept the race ("pixels changing value which have yet to be used as
+//! inputs"). Here p = s has weight 0: **samples are never written, and nothing but samples is read across groups.** What is read
+//! and what is written are disjoint, so the filter may run in place in one dispatch, without a copy, halo or schedule, and
+//! is bit-identical in every run.
+//!
+//! Core WebGPU reads and writes a texture in one shader only in formats of one 32-bit channel. [`Way`] tells what was chosen: in
+//! place in a storage buffer, an `r32uint` texture, or any format for which the adapter has read-write storage; else the
+//! filter writes a scratch texture and a second dispatch returns what it wrote. In either way only coarse quads and
+//! their taps are touched, and the result is in the caller's picture.
+//!
+//! # What may blend
+//!
+//! The slides let the filter spill over all edges: right inside a surface ("deblock spec highlight across triangle edge"), wrong
+//! at its silhouette, and name the fix: "dissimilar depth". Here a tap counts if it has the pixel's surface number and each of
+//! the two lies in the plane through the other; what was not declared is not compiled. A tap that does not count is replaced by
+//! the pixel's own value. Triangle numbers are not asked for: edges inside a surface do blend. Where coverage split a
+//! block, a pixel's group is told by equality with its neighbour in the quad.
+//!
+//! A tap that is not finite (or is 2¹²⁶ or more) never counts, and a pixel that is not finite keeps its value: NaN and
+//! infinity do not spread at all, and [`Counters`] report them. Alpha is not filtered.
+
+pub mod cpu;
+pub mod gpu;
+mod pack;
+
+pub use gpu::{Bound, Deblocker, Inputs, PictureInput};
+pub use pack::Packing;
+
+/// What to deblock, and with what.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// Where the picture is.
+    pub picture: Picture,
+    /// Depth, to tell surfaces apart.
+    pub depth: Option<Depth>,
+    /// Whether there are surface numbers, to tell surfaces apart.
+    pub surfaces: bool,
+    /// Whether the luma for the next frame's analysis is written in the same pass, and from what.
+    pub luma: Option<Luma>,
+    /// Whether [`Counters`] are kept.
+    pub counters: bool,
+}
+
+impl Options {
+    /// Nothing but the picture and the rates: the slides' filter, which spills over silhouettes.
+    pub fn new(picture: Picture) -> Options {
+        Options {
+            picture,
+            depth: None,
+            surfaces: false,
+            luma: None,
+            counters: false,
+        }
+    }
+}
+
+/// Where the picture is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Picture {
+    /// A texture: `rgba8unorm`, `rgba16float`, `rgba32float` or, where the device stores it, `rg11b10ufloat`.
+    Texture(wgpu::TextureFormat),
+    /// An `r32uint` texture whose texels are [`Packing::Rgba8Unorm`] or [`Packing::Rg11b10Ufloat`].
+    R32Uint(Packing),
+    /// A storage buffer of packed pixels, row by row.
+    Buffer(Packing),
+}
+
+/// A depth texture: its meaning, and how close is close.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Depth {
+    /// What its values mean.
+    pub kind: DepthKind,
+    /// The tolerance: 2 to the minus this, relative to inverse depth. 1 to 20; 7 is about 1 %.
+    pub tolerance: u32,
+}
+
+impl Depth {
+    /// Depth of a kind, with a tolerance of 2⁻⁷.
+    pub fn new(kind: DepthKind) -> Depth {
+        Depth { kind, tolerance: 7 }
+    }
+}
+
+/// What a depth texture's values mean. Inverse depth is what is compared: a plane stays a plane in it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DepthKind {
+    /// 1 at the near plane, 0 at an infinite far plane.
+    Reversed,
+    /// 1 at the near plane, 0 at the far plane.
+    ReversedFinite {
+        /// The near plane's distance.
+        near: f32,
+        /// The far plane's distance.
+        far: f32,
+    },
+    /// 0 at the near plane, 1 at the far plane.
+    Standard {
+        /// The near plane's distance.
+        near: f32,
+        /// The far plane's distance.
+        far: f32,
+    },
+    /// The distance itself.
+    Linear,
+}
+
+impl DepthKind {
+    /// The factor and the summand that make a value proportional to inverse depth; `None` if it has to be inverted.
+    fn to_inverse(self) -> Option<[f32; 2]> {
+        match self {
+            DepthKind::Reversed => Some([1.0, 0.0]),
+            DepthKind::ReversedFinite { near, far } => Some([1.0, near / (far - near)]),
+            DepthKind::Standard { near, far } => Some([-1.0, far / (far - near)]),
+            DepthKind::Linear => None,
+        }
+    }
+
+    /// Whether its planes are planes.
+    fn is_possible(self) -> bool {
+        match self {
+            DepthKind::ReversedFinite { near, far } | DepthKind::Standard { near, far } => {
+                near > 0.0 && far > near && far.is_finite()
+            }
+            DepthKind::Reversed | DepthKind::Linear => true,
+        }
+    }
+}
+
+/// The luma that is written for the next frame's analysis: √(exposure · I) with I of Eq. 25 (Yang et al., I3D 2019), rounded to 8
+/// bits. The square root spends the codes where the eye does; a linear byte would have steps larger than the threshold
+/// in the dark.
+///
+/// Four pixels to a word, the first in the low byte; rows padded to 256 bytes, see [`luma_pitch`]. Every pixel is written, not
+/// only those of coarse quads. A pixel that is not finite gets 0 or 255, like the fields of a chessboard: it differs from all its
+/// neighbours, and doubt means full rate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Luma {
+    /// Whether the picture's values are display-encoded (sRGB), not linear.
+    pub is_srgb: bool,
+    /// What linear luma is multiplied by before it is cut off at 1.
+    pub exposure: f32,
+}
+
+/// Bytes from row to row of the luma of a picture.
+pub fn luma_pitch(width: u32) -> u32 {
+    width.max(1).next_multiple_of(crate::sri::ROW_ALIGNMENT)
+}
+
+/// How the picture is read and written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Way {
+    /// In one dispatch, in place.
+    InPlace,
+    /// Through a scratch texture, in two dispatches.
+    Scratch,
+}
+
+impl std::fmt::Display for Way {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Way::InPlace => "in place: the picture can be read and written in one shader",
+            Way::Scratch => {
+                "through a scratch texture: the adapter does not read and write this format in one shader"
+            }
+        })
+    }
+}
+
+/// What was counted; sums, so the same in every run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct Counters {
+    /// Pixels of coarse quads whose red, green or blue is NaN or infinite.
+    pub not_finite: u32,
+    /// Pixels that were filtered.
+    pub filtered: u32,
+    /// Taps that did not count: another surface, or no usable value.
+    pub refused: u32,
+}
+
+/// Why there is no deblocker, or it cannot be bound.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum DeblockError {
+    /// A texture format that is not known to the filter, or that the device does not store.
+    #[error("deblock: {format:?} {why}")]
+    Format {
+        /// The format.
+        format: wgpu::TextureFormat,
+        /// Why not.
+        why: &'static str,
+    },
+    /// Options that contradict themselves.
+    #[error("deblock: {0}")]
+    Options(&'static str),
+    /// An input that was declared is missing or too small, or one was given that was not declared.
+    #[error("deblock: {0}")]
+    Inputs(String),
+}
