@@ -85,9 +85,9 @@ fn print(shown: &Shown) -> Result<(), Failure> {
                 .unwrap_or_else(|| format!("{:?}", shown.laws.failure))
         ),
     };
-    let psnr = match shown.psnr.is_infinite() {
+    let psnr = |psnr: f64| match psnr.is_infinite() {
         true => "equal".to_owned(),
-        false => format!("{:.1} dB", shown.psnr),
+        false => format!("{psnr:.1} dB"),
     };
     let clock = match times.by_gpu {
         true => "GPU timestamps",
@@ -110,8 +110,10 @@ fn print(shown: &Shown) -> Result<(), Failure> {
         ("rewritten, all 1x1", share(times.identity)),
         ("rewritten", share(times.variable)),
         ("coordinate build", share(times.build)),
+        ("deblocker", share(times.deblock)),
         ("times from", clock.to_owned()),
-        ("PSNR", psnr),
+        ("PSNR", psnr(shown.psnr)),
+        ("PSNR, deblocked", psnr(shown.psnr_deblocked)),
         ("laws held", laws),
     ];
     for (name, value) in rows {

@@ -1,5 +1,6 @@
 //! The demo: a scene at full rate and at variable rate, side by side, with what it saved and what it cost.
 
+mod deblocked;
 mod pictures;
 mod timing;
 
@@ -22,6 +23,7 @@ use crate::{
     sri::Sri,
     view::View,
 };
+use deblocked::Deblock;
 use timing::Timer;
 
 const SCENE: &str = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/shaders/plaza.wgsl"));
@@ -53,6 +55,8 @@ pub struct Shown {
     pub times: Times,
     /// Peak signal-to-noise ratio of the variable-rate picture against the full-rate one, in decibels.
     pub psnr: f64,
+    /// The same after deblocking.
+    pub psnr_deblocked: f64,
     /// The laws, held on the same shader in small.
     pub laws: Report,
     /// The pictures that were written.
@@ -70,6 +74,8 @@ pub struct Times {
     pub build: f64,
     /// The rewritten shader at the scene's rates.
     pub variable: f64,
+    /// The deblocker.
+    pub deblock: f64,
     /// Whether the GPU's own clock was read, rather than the host's.
     pub by_gpu: bool,
 }
@@ -129,12 +135,20 @@ impl Demo {
         let sri = content::analyse(&luma, &self.sensitivity);
         progress("shading at variable rate");
         let (variable, coordinates) = stage.shade(&sri)?;
+        progress("deblocking");
+        let deblock = Deblock::new(&stage, &sri, &coordinates)?;
+        let deblocked = stage.deblock(&deblock)?;
         progress("measuring");
-        let times = stage.times(&sri)?;
+        let times = stage.times(&sri, &deblock)?;
         progress("holding the laws");
         let laws = laws(gpu)?;
         progress("writing pictures");
-        let pictures = pictures::write(&self.out, self.size, &full, &variable, &sri, &coordinates)?;
+        let shaded = pictures::Shaded {
+            full: &full,
+            variable: &variable,
+            deblocked: &deblocked,
+        };
+        let pictures = pictures::write(&self.out, self.size, &shaded, &sri, &coordinates)?;
         Ok(Shown {
             adapter: gpu.info.name.clone(),
             size: self.size,
@@ -142,6 +156,7 @@ impl Demo {
             rates: shares(&sri),
             times,
             psnr: psnr(&full, &variable),
+            psnr_deblocked: psnr(&full, &deblocked),
             laws,
             pictures,
         })
@@ -239,7 +254,9 @@ impl<'g> Stage<'g> {
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
             format: wgpu::TextureFormat::Rgba8Unorm,
-            usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::COPY_SRC,
+            usage: wgpu::TextureUsages::STORAGE_BINDING
+                | wgpu::TextureUsages::TEXTURE_BINDING
+                | wgpu::TextureUsages::COPY_SRC,
             view_formats: &[],
         });
         let frame = Frame {
@@ -321,6 +338,13 @@ impl<'g> Stage<'g> {
         ))
     }
 
+    /// The picture that was shaded last, deblocked.
+    fn deblock(&self, deblock: &Deblock) -> Result<Vec<u8>, DemoError> {
+        let mut encoder = self.gpu.encoder();
+        deblock.record(&mut encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default()));
+        self.read(encoder)
+    }
+
     fn read(&self, mut encoder: wgpu::CommandEncoder) -> Result<Vec<u8>, DemoError> {
         let row = self.size[0] * 4;
         let pitch = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
@@ -351,10 +375,10 @@ impl<'g> Stage<'g> {
     }
 
     /// Measures each part, in turn, so that all see the same machine.
-    fn times(&mut self, sri: &Sri) -> Result<Times, DemoError> {
+    fn times(&mut self, sri: &Sri, deblock: &Deblock) -> Result<Times, DemoError> {
         let mut timer = Timer::new(self.gpu);
         let identity = Sri::uniform(self.size[0], self.size[1], Rate::R1X1);
-        let mut samples: [Vec<f64>; 4] = Default::default();
+        let mut samples: [Vec<f64>; 5] = Default::default();
         // a software driver takes its time; a GPU has to warm up
         let rounds = if self.gpu.is_software() { 3 } else { 30 };
         for round in 0..rounds + 1 {
@@ -367,22 +391,24 @@ impl<'g> Stage<'g> {
             self.view.write_sri(&self.gpu.queue, sri).map_err(own)?;
             let build = timer.time(self.gpu, |pass| self.view.build_in(pass))?;
             let variable = timer.time(self.gpu, |pass| self.record_rewritten(pass))?;
+            let deblocked = timer.time(self.gpu, |pass| deblock.record(pass))?;
             if round > 0 {
                 for (samples, time) in
                     samples
                         .iter_mut()
-                        .zip([original, at_full_rate, build, variable])
+                        .zip([original, at_full_rate, build, variable, deblocked])
                 {
                     samples.push(time);
                 }
             }
         }
-        let [original, identity, build, variable] = samples.map(timing::median);
+        let [original, identity, build, variable, deblock] = samples.map(timing::median);
         Ok(Times {
             original,
             identity,
             build,
             variable,
+            deblock,
             by_gpu: timer.by_gpu(),
         })
     }
