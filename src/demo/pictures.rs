@@ -154,11 +154,23 @@ fn beside(pictures: &[RgbaImage]) -> RgbaImage {
 
 /// The colour of a tile's class.
 fn class_color(coordinates: &Coordinates, tile: u32) -> [u8; 3] {
-    let [width, height] = coordinates.options.tile;
     let header = coordinates.header(tile);
-    let area = width * height;
+    let at = [
+        tile % coordinates.layout.tiles[0],
+        tile / coordinates.layout.tiles[0],
+    ];
+    // quads of the tile that are in the picture
+    let quads: u32 = [0, 1]
+        .map(|axis| {
+            let side = coordinates.options.tile[axis];
+            (coordinates.extent[axis] - at[axis] * side)
+                .min(side)
+                .div_ceil(2)
+        })
+        .iter()
+        .product();
     // a tile all of whose quads share
-    let is_coarse = header.count() * 4 <= area;
+    let is_coarse = header.count() == quads;
     match (header.is_identity(), header.count()) {
         (true, _) => [235, 200, 60],
         (false, 0) => [60, 90, 150],
