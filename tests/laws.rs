@@ -83,6 +83,7 @@ laws! {
     targets
     tile_order
     transposed
+    uniform_or_edge
 }
 
 /// The laws for rates that are 4 wide or 4 high, where the copies are a loop. Offsets, strides, recomputed addresses,

@@ -6,7 +6,7 @@ mod common;
 
 use std::{collections::BTreeMap, path::Path};
 
-use vrcs_passes::{Entries, Options, Source, emit, input, rewrite};
+use vrcs_passes::{Entries, Options, emit, input::Reader, rewrite};
 
 /// All shaders of the tests that are rewritten.
 fn shaders() -> BTreeMap<String, String> {
@@ -16,7 +16,6 @@ fn shaders() -> BTreeMap<String, String> {
         "tests/shaders",
         "tests/barrier_shaders",
         "passes/tests/rewritten",
-        "shaders",
     ] {
         for entry in std::fs::read_dir(root.join(folder)).expect("shaders") {
             let path = entry.expect("an entry").path();
@@ -29,29 +28,56 @@ fn shaders() -> BTreeMap<String, String> {
                 .next()
                 .unwrap_or_default()
                 .to_owned();
-            // kernels of the runtime are composed, and not rewritten
-            if !before.contains("#{") && !before.contains("#define_import_path") {
-                let name = path
-                    .strip_prefix(root)
-                    .expect("a shader of ours")
-                    .display()
-                    .to_string();
-                shaders.insert(name, before);
-            }
+            let name = path
+                .strip_prefix(root)
+                .expect("a shader of ours")
+                .display()
+                .to_string();
+            shaders.insert(name, before);
         }
     }
+    let plaza = std::fs::read_to_string(root.join("shaders/plaza.wgsl")).expect("a shader");
+    shaders.insert("shaders/plaza.wgsl".to_owned(), plaza);
+    for scene in vrcs::scenes::SceneName::ALL {
+        shaders.insert(
+            format!("the scene {scene}"),
+            scene.source().text().to_owned(),
+        );
+    }
+    shaders.insert("directives".to_owned(), DIRECTIVES.to_owned());
+    shaders.insert("deep".to_owned(), deep());
     shaders
+}
+
+/// Directives have to come back, and in front.
+const DIRECTIVES: &str = "
+requires readonly_and_readwrite_storage_textures, pointer_composite_access;
+diagnostic(off, derivative_uniformity);
+diagnostic(warning, subgroup_uniformity);
+@group(0) @binding(0) var picture: texture_storage_2d<rgba8unorm, write>;
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    textureStore(picture, id.xy, vec4(f32(id.x)));
+}";
+
+/// A sum that naga's writer would nest deeper than Tint reads.
+fn deep() -> String {
+    let terms: String = (0..600).map(|i| format!(" + f32(id.x * {i}u)")).collect();
+    DIRECTIVES.replace("f32(id.x)", &format!("0.5{terms}"))
 }
 
 #[test]
 fn tint_accepts_what_is_rewritten() {
     let mut texts = BTreeMap::new();
     for (name, before) in shaders() {
-        let source = Source::new(name.clone(), before.clone());
-        let (module, info) = input::wgsl(&source).expect("a valid shader");
-        let rewritten = rewrite(&module, &info, Entries::PerPixel, &Options::default())
+        let shader = Reader::new()
+            .wgsl([(name.as_str(), before.as_str())])
+            .expect("a valid shader");
+        let (module, info) = (&shader.module, &shader.info);
+        let rewritten = rewrite(module, info, Entries::PerPixel, &Options::default())
             .unwrap_or_else(|refusal| panic!("{name}: {refusal}"));
-        let text = emit::wgsl(&rewritten.module, &rewritten.info).expect("text");
+        let (module, info) = (&rewritten.module, &rewritten.info);
+        let text = emit::wgsl_with(module, info, &shader.directives).expect("text");
         texts.insert(format!("{name} before"), before);
         texts.insert(format!("{name} after"), text);
     }

@@ -68,12 +68,14 @@ fn glslang(text: &str, name: &str) {
     let file = std::env::temp_dir().join(format!("vrcs-{}.comp", std::process::id()));
     std::fs::write(&file, text).expect("a file");
     let output = Command::new("glslangValidator")
-        .args(["-G", "-S", "comp"])
-        .arg(&file)
+        .args(["-G", "-S", "comp", "-o"])
+        .args([&file.with_extension("spv"), &file])
         .stdin(Stdio::null())
         .output()
         .expect("glslangValidator runs");
-    let _ = std::fs::remove_file(&file);
+    for file in [file.with_extension("spv"), file] {
+        let _ = std::fs::remove_file(file);
+    }
     assert!(
         output.status.success(),
         "{name}: {}\n{text}",

@@ -457,15 +457,20 @@ impl Original {
             let unit = self.unit(output);
             for (&number, due) in &expected.due {
                 let at = number as usize * unit;
-                let (a, b) = (&got[output][at..at + unit], &other[output][at..at + unit]);
+                let unit_at =
+                    |outputs: &Outputs| outputs[output].get(at..at + unit).map(<[u8]>::to_vec);
+                // a place beyond the resource cannot be looked at
+                let (Some(a), Some(b)) = (unit_at(got), unit_at(other)) else {
+                    continue;
+                };
                 // a place that several pixels may write is not compared
                 let Write { pixel, primary, .. } = due.first;
                 if a != b && due.others.is_empty() && of(pixel, primary) {
                     return Some(Difference {
                         output,
                         byte: at,
-                        expected: b.to_vec(),
-                        got: a.to_vec(),
+                        expected: b,
+                        got: a,
                         pixel: Some(pixel),
                         primary: Some(primary),
                     });

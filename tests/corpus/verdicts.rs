@@ -11,6 +11,12 @@ pub const VERDICTS: &[(&str, &str, &[&str], &str)] = &[
     ),
     (
         "bevy_eulerian_fluid",
+        "sample_forces.wgsl",
+        &["*"],
+        "right: sums forces into bins, one for each solid, by atomics",
+    ),
+    (
+        "bevy_eulerian_fluid",
         "prefix_sum.wgsl",
         &["*"],
         "right: a prefix sum",

@@ -54,7 +54,7 @@ fn laws_at_odd_sizes() -> Result<String, String> {
 @group(0) @binding(1) var<uniform> width: u32;
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= width { return; }
+    if id.x >= width || id.y >= arrayLength(&out) / width { return; }
     out[id.y * width + id.x] = vec2(id.x * 3u + 1u, id.y * 5u + id.x * 7919u);
 }
 ",

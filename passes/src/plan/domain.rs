@@ -12,6 +12,7 @@ use super::Planner;
 use crate::analysis::{
     depends::Depends,
     guard::{Formula, flatten},
+    term::TermId,
 };
 
 /// The domain.
@@ -28,10 +29,11 @@ impl Planner<'_> {
         let mut of_stores = Vec::new();
         for index in self.stores() {
             let guards = self.access(index).guards.clone();
-            let positional = self.relaxed(&guards, |planner, condition| {
-                planner.is_positional(condition) && planner.is_computable_up_front(condition)
+            // uniform conditions count: where one keeps a store from running, the pixels that only it has are outside
+            let known = self.relaxed(&guards, |planner, condition| {
+                planner.is_known(condition) && planner.is_computable_up_front(condition)
             });
-            of_stores.push(positional);
+            of_stores.push(known);
         }
         let Some((first, rest)) = of_stores.split_first() else {
             return Domain {
@@ -56,6 +58,8 @@ impl Planner<'_> {
         if !open && !exhausts(&left) {
             shared.push(Formula::Any(left));
         }
+        // what is uniform is the same for all members of a group, and the shader's own guard asks for it
+        shared.retain(|formula| self.is_any_positional(formula));
         Domain { shared, common }
     }
 
@@ -63,7 +67,7 @@ impl Planner<'_> {
     pub(super) fn relaxed(
         &mut self,
         guards: &[Formula],
-        keep: impl Fn(&mut Self, crate::analysis::term::TermId) -> bool,
+        keep: impl Fn(&mut Self, TermId) -> bool,
     ) -> Vec<Formula> {
         let mut conjuncts = Vec::new();
         flatten(guards, &mut self.found.terms, &mut conjuncts);
@@ -73,8 +77,22 @@ impl Planner<'_> {
             .collect()
     }
 
+    /// Whether a condition depends on nothing but ids and uniforms.
+    fn is_known(&mut self, condition: TermId) -> bool {
+        Depends::IDS.contains(self.on.of(&mut self.found.terms, condition))
+    }
+
+    /// Whether any condition of a formula depends on the ids.
+    fn is_any_positional(&mut self, formula: &Formula) -> bool {
+        let mut conditions = Vec::new();
+        formula.conditions(&mut |condition| conditions.push(condition));
+        conditions
+            .into_iter()
+            .any(|condition| self.is_positional(condition))
+    }
+
     /// Whether a condition depends on the ids, and on nothing else but uniforms.
-    pub(super) fn is_positional(&mut self, condition: crate::analysis::term::TermId) -> bool {
+    pub(super) fn is_positional(&mut self, condition: TermId) -> bool {
         let depends: Depends = self.on.of(&mut self.found.terms, condition);
         depends.on_ids_alone()
     }
