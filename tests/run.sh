@@ -29,5 +29,5 @@ VK_DRIVER_FILES="${lavapipe%:}" cargo test --workspace
 
 if [ -e "$swiftshader" ]; then
     echo "== laws, on SwiftShader"
-    VK_DRIVER_FILES="$swiftshader" cargo test --test laws --test builder
+    VK_DRIVER_FILES="$swiftshader" cargo test --test laws --test builder --test analyse --test rates --test attachment
 fi

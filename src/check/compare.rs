@@ -463,9 +463,17 @@ impl Original {
                 let (Some(a), Some(b)) = (unit_at(got), unit_at(other)) else {
                     continue;
                 };
-                // a place that several pixels may write is not compared
-                let Write { pixel, primary, .. } = due.first;
-                if a != b && due.others.is_empty() && of(pixel, primary) {
+                // a place that several pixels may write is not compared; nor is one of a pixel that was never seen to store, which
+                // may lie outside the domain, where its place is another's
+                let Write {
+                    pixel,
+                    primary,
+                    optional,
+                    ..
+                } = due.first;
+                let [x, y, z] = pixel;
+                let is_known = !optional || self.stores_ever[self.invocation([x, y], z)];
+                if a != b && due.others.is_empty() && is_known && of(pixel, primary) {
                     return Some(Difference {
                         output,
                         byte: at,
