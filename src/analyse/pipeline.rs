@@ -5,7 +5,7 @@
 //! 2. Each quad's window of 4×4 pixels, the quad in its middle; at the border, pixels repeat.
 //! 3. The rate by content and motion (Eq. 16 and 22), under the tolerance of the place.
 //! 4. Transparents; the extra half rate; the mask.
-//! 5. Rates of 4 hold for aligned blocks of 4×4 pixels ([`agree`]); 4x4 becomes 2x4 or 4x2.
+//! 5. Rates of 4 hold for aligned blocks of 4×4 pixels (`agree`); 4x4 becomes 2x4 or 4x2.
 //! 6. Smoothing.
 //!
 //! *Guarantees*: any doubt means full rate; 4x1 and 1x4 never come out.

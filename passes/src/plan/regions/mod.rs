@@ -19,7 +19,7 @@
 //! ```
 //!
 //! *Does*: cuts the entry point at its barriers into [regions](skeleton), and slices it backwards twice: from what it does to
-//! workgroup memory, and from its stores ([`slice`]). A statement may be in both slices; then it runs twice, with either set of
+//! workgroup memory, and from its stores ([`mod@slice`]). A statement may be in both slices; then it runs twice, with either set of
 //! ids, on variables of its own. What the per-pixel slice needs and cannot compute itself (an atomic's result, workgroup
 //! memory that others write before the next barrier) is *exchanged*: each invocation leaves its own value in a workgroup
 //! array, and takes its primary's. A region whose stores themselves need such a value is *masked*: every invocation runs it

@@ -1,6 +1,6 @@
 //! Slices an entry point backwards, from what it does to workgroup memory and from its stores.
 //!
-//! *Does*: first finds, region by region, the values that only the invocation itself can have ([`Reach`]): results of
+//! *Does*: first finds, region by region, the values that only the invocation itself can have (`Reach`): results of
 //! atomics on workgroup memory, workgroup memory that is written in the same stretch, and whatever is made of them or
 //! chosen by them. Then follows both slices to their fixed point. Variables are taken as a whole: who needs a variable
 //! needs all stores to it.
