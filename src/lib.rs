@@ -7,6 +7,7 @@
 //! - A [`View`] holds one picture's shading rates (a [shading-rate image](sri): one byte for each quad of 2×2 pixels) and the
 //!   coordinate buffer that is [built](build) from them. In it, *primary* pixels are packed together, so that whole waves
 //!   of *duplicates* find nothing to do and retire.
+//! - [`coverage`] tells which pixels may share, from ids, depth and normals.
 //! - A [`Pass`] is a rewritten shader as a pipeline. Any number of passes share a view.
 //! - [`attach`] makes of the same rates the image that hardware variable-rate shading reads, for what is drawn.
 //! - [`analyse`] tells from what a frame looked like how coarse the next may be.
@@ -44,6 +45,7 @@ pub mod check;
 pub mod classify;
 #[cfg(feature = "cli")]
 pub mod cli;
+pub mod coverage;
 pub mod deblock;
 #[cfg(feature = "cli")]
 pub mod demo;
@@ -58,7 +60,7 @@ pub mod scenes;
 pub mod sri;
 pub mod view;
 
-pub use dispatch::{Pass, PassError, PassOptions};
+pub use dispatch::{Mismatch, Pass, PassError, PassOptions};
 pub use plan::{Plan, Scene};
 pub use rate::Rate;
 pub use view::{View, ViewError};

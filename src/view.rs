@@ -7,11 +7,15 @@ use std::sync::{Mutex, PoisonError};
 
 use bytemuck::{Pod, Zeroable};
 
+use vrcs_passes::options::{Mode, Sky};
+
 use crate::{
     build::{
-        BuildOptions, CoordLayout,
-        gpu::{BoundBuilder, Builder},
+        BuildOptions, CoordLayout, LIST_HEADER, ListLayout,
+        gpu::{BoundBuilder, Buffers, Builder, Sizes},
+        primary::Order,
     },
+    coverage::{Contradiction, Textures},
     sri::{Sri, SriLayout},
 };
 
@@ -25,27 +29,39 @@ pub struct Params {
     pub flags: u32,
     /// What `num_workgroups` would be in the original dispatch.
     pub groups: [u32; 3],
-    /// Tiles in a row of the coordinate buffer.
+    /// Tiles in a row of the picture; quads in a row of the graded buffer.
     pub tiles_per_row: u32,
     /// The word at which the entries start.
     pub entries: u32,
-    /// Words for each tile's entries.
+    /// Words for each tile's entries; in the classified lists, room for tiles in each class.
     pub entries_per_tile: u32,
-    /// Room to a multiple of 16 bytes.
-    pub padding: [u32; 2],
+    /// Room for entries in a list.
+    pub capacity: u32,
+    /// Words of an entry of a list.
+    pub stride: u32,
 }
 
 impl Params {
     /// Variable-rate shading is on; without this flag every invocation shades its own pixel.
     pub const ENABLED: u32 = 1;
 
-    /// The parameters of a dispatch.
+    /// The parameters of a dispatch over what a build made for `built`, which may be larger than the extent.
     pub fn new(
         extent: [u32; 3],
         enabled: bool,
         original_group_size: [u32; 3],
-        layout: &CoordLayout,
+        mode: Mode,
+        built: [u32; 2],
+        options: &BuildOptions,
     ) -> Params {
+        let layout = CoordLayout::new(built, options);
+        let lists = ListLayout::new(built, options);
+        let (tiles_per_row, entries, entries_per_tile) = match mode {
+            Mode::Tiled => (layout.tiles[0], layout.entries, layout.entries_per_tile),
+            Mode::List => (layout.tiles[0], LIST_HEADER, 0),
+            Mode::Classified => (layout.tiles[0], lists.mixed(), lists.tiles),
+            Mode::Graded | Mode::Auto => (lists.graded_pitch, 0, 0),
+        };
         Params {
             extent,
             flags: match enabled {
@@ -55,10 +71,11 @@ impl Params {
             groups: std::array::from_fn(|axis| {
                 extent[axis].div_ceil(original_group_size[axis].max(1))
             }),
-            tiles_per_row: layout.tiles[0],
-            entries: layout.entries,
-            entries_per_tile: layout.entries_per_tile,
-            padding: [0; 2],
+            tiles_per_row,
+            entries,
+            entries_per_tile,
+            capacity: lists.capacity,
+            stride: lists.stride,
         }
     }
 }
@@ -94,6 +111,15 @@ pub enum ViewError {
         /// The device's limit.
         limit: u32,
     },
+    /// The options cannot be.
+    #[error("{0}")]
+    Options(&'static str),
+    /// What the scene is said to have cannot be.
+    #[error(transparent)]
+    Coverage(#[from] Contradiction),
+    /// A texture that the coverage declares was not given.
+    #[error("coverage is declared by a texture that was not given: {0}")]
+    MissingTexture(&'static str),
     /// The shading-rate image is of another size.
     #[error("the shading-rate image is {got:?} quads; the view is {wanted:?}")]
     WrongSri {
@@ -110,23 +136,20 @@ pub struct View {
     device: wgpu::Device,
     extent: [u32; 3],
     enabled: bool,
+    order: Order,
     layout: CoordLayout,
     builder: Builder,
     buffers: Buffers,
+    /// Nothing until the textures of declared coverage are known.
+    bound: Option<BoundBuilder>,
     params: Mutex<Vec<ParamsFor>>,
 }
 
-#[derive(Debug)]
-struct Buffers {
-    sri: wgpu::Buffer,
-    coords: wgpu::Buffer,
-    bound: BoundBuilder,
-}
-
-/// The parameters for shaders of one original workgroup size.
+/// The parameters for shaders of one original workgroup size and mode.
 #[derive(Debug)]
 struct ParamsFor {
     group_size: [u32; 3],
+    mode: Mode,
     buffer: wgpu::Buffer,
     group: wgpu::BindGroup,
 }
@@ -144,32 +167,71 @@ impl View {
     ) -> Result<View, ViewError> {
         let layout = check(device, extent, &options)?;
         let builder = Builder::new(device, options);
-        let buffers = Buffers::new(device, &builder, extent, &layout);
+        let [width, height, _] = extent;
+        let buffers = Buffers::new(device, &options, [width, height]);
+        let bound = builder.bind(device, &buffers, &Textures::default());
         let view = View {
             device: device.clone(),
             extent,
             enabled: true,
+            order: Order::Fixed,
             layout,
             builder,
             buffers,
+            bound,
             params: Mutex::default(),
         };
-        let [width, height, _] = extent;
-        view.builder
-            .set_extent(queue, &view.buffers.bound, [width, height]);
+        view.write_build_params(queue);
         Ok(view)
     }
 
-    /// Changes the extent for what is submitted from now on. Buffers grow if they have to.
+    /// Gives the textures that the coverage declares; to be called again whenever a texture or the extent changes.
+    ///
+    /// # Errors
+    /// If a declared texture is missing.
+    pub fn cover(&mut self, queue: &wgpu::Queue, textures: &Textures) -> Result<(), ViewError> {
+        let coverage = &self.builder.options().coverage;
+        let missing = [
+            ("triangles", coverage.triangles, textures.triangles),
+            ("surfaces", coverage.surfaces, textures.surfaces),
+            ("depth", coverage.depth.is_some(), textures.depth),
+        ]
+        .into_iter()
+        .find(|(_, declared, given)| *declared && given.is_none())
+        .map_or("normals", |(name, ..)| name);
+        let bound = self.builder.bind(&self.device, &self.buffers, textures);
+        self.bound = Some(bound.ok_or(ViewError::MissingTexture(missing))?);
+        self.write_build_params(queue);
+        Ok(())
+    }
+
+    /// Lets the primaries rotate: which pixel of a group is shaded follows the frame's number (the slides' "Rotating Pixels").
+    /// To be called before each frame's build.
+    pub fn rotate(&mut self, queue: &wgpu::Queue, frame: u32) {
+        self.order = Order::Rotating(frame);
+        self.write_build_params(queue);
+    }
+
+    fn write_build_params(&self, queue: &wgpu::Queue) {
+        if let Some(bound) = &self.bound {
+            self.builder.set(queue, bound, self.extent, self.order);
+        }
+    }
+
+    /// Changes the extent for what is submitted from now on. Buffers grow if they have to. Where coverage is declared, its
+    /// textures have to be [given](View::cover) again.
     ///
     /// # Errors
     /// If the extent is empty or too large for the device; the view then stays as it is.
     pub fn set_extent(&mut self, queue: &wgpu::Queue, extent: [u32; 3]) -> Result<(), ViewError> {
-        let layout = check(&self.device, extent, self.builder.options())?;
-        let fits = self.buffers.coords.size() >= u64::from(layout.words()) * 4
-            && self.buffers.sri.size() >= SriLayout::new(extent[0], extent[1]).bytes();
-        if !fits {
-            self.buffers = Buffers::new(&self.device, &self.builder, extent, &layout);
+        let options = *self.builder.options();
+        let layout = check(&self.device, extent, &options)?;
+        let size = [extent[0], extent[1]];
+        if !self.buffers.fit(&options, size) {
+            self.buffers = Buffers::new(&self.device, &options, size);
+            self.bound = self
+                .builder
+                .bind(&self.device, &self.buffers, &Textures::default());
             self.params
                 .get_mut()
                 .unwrap_or_else(PoisonError::into_inner)
@@ -177,8 +239,7 @@ impl View {
         }
         self.extent = extent;
         self.layout = layout;
-        self.builder
-            .set_extent(queue, &self.buffers.bound, [extent[0], extent[1]]);
+        self.write_build_params(queue);
         self.write_params(queue);
         Ok(())
     }
@@ -191,13 +252,21 @@ impl View {
     }
 
     fn write_params(&mut self, queue: &wgpu::Queue) {
-        let (extent, enabled, layout) = (self.extent, self.enabled, self.layout);
+        let (extent, enabled, options) = (self.extent, self.enabled, *self.builder.options());
+        let size = [extent[0], extent[1]];
         let params = self
             .params
             .get_mut()
             .unwrap_or_else(PoisonError::into_inner);
         for known in params {
-            let params = Params::new(extent, enabled, known.group_size, &layout);
+            let params = Params::new(
+                extent,
+                enabled,
+                known.group_size,
+                known.mode,
+                size,
+                &options,
+            );
             queue.write_buffer(&known.buffer, 0, bytemuck::bytes_of(&params));
         }
     }
@@ -217,9 +286,36 @@ impl View {
         &self.buffers.sri
     }
 
-    /// The coordinate buffer.
-    pub fn coords(&self) -> &wgpu::Buffer {
-        &self.buffers.coords
+    /// How coordinates are built.
+    pub fn options(&self) -> &BuildOptions {
+        self.builder.options()
+    }
+
+    /// Whether variable-rate shading is on.
+    pub fn is_enabled(&self) -> bool {
+        self.enabled
+    }
+
+    /// What is built; buffers that the options do not ask for do not exist.
+    pub fn buffers(&self) -> &Buffers {
+        &self.buffers
+    }
+
+    /// The tiled buffer, if the options ask for it.
+    pub fn coords(&self) -> Option<&wgpu::Buffer> {
+        self.buffers.coords.as_ref()
+    }
+
+    /// The effective rates after the build, if the options ask for them: one [byte](crate::build::effective) a quad, in the form of
+    /// [`SriLayout`].
+    pub fn effective(&self) -> Option<&wgpu::Buffer> {
+        self.buffers.effective.as_ref()
+    }
+
+    /// The statistics of the build, if the options ask for them: copy the buffer, map the copy when it suits, and
+    /// [read](crate::build::statistics::Statistics::read) its bytes. Nothing waits for them.
+    pub fn statistics(&self) -> Option<&wgpu::Buffer> {
+        self.buffers.statistics.as_ref()
     }
 
     /// Uploads shading rates from memory.
@@ -239,6 +335,9 @@ impl View {
     }
 
     /// Records the build of the coordinate buffer from the shading rates.
+    ///
+    /// # Panics
+    /// If coverage is declared, and its textures were not [given](View::cover).
     pub fn build(&self, encoder: &mut wgpu::CommandEncoder) {
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some("vrcs build"),
@@ -248,10 +347,15 @@ impl View {
     }
 
     /// Records the build into a compute pass of the caller's.
+    ///
+    /// # Panics
+    /// If coverage is declared, and its textures were not [given](View::cover).
     pub fn build_in(&self, pass: &mut wgpu::ComputePass) {
+        let Some(bound) = &self.bound else {
+            panic!("the view's coverage declares textures: give them with `View::cover` first");
+        };
         let [width, height, _] = self.extent;
-        self.builder
-            .record(pass, &self.buffers.bound, [width, height]);
+        self.builder.record(pass, bound, [width, height]);
     }
 
     /// The layout of the bind group that rewritten shaders need.
@@ -275,13 +379,29 @@ impl View {
         })
     }
 
-    /// The bind group for shaders of an original workgroup size; made at the first call for each size.
-    pub(crate) fn bind_group(&self, group_size: [u32; 3]) -> wgpu::BindGroup {
+    /// The bind group for shaders of an original workgroup size and mode, made at the first call for each; `None` if the build
+    /// does not serve the mode.
+    pub(crate) fn bind_group(&self, group_size: [u32; 3], mode: Mode) -> Option<wgpu::BindGroup> {
+        let coords = match mode {
+            Mode::Tiled => self.buffers.coords.as_ref(),
+            Mode::List => self.buffers.list.as_ref(),
+            Mode::Classified => self.buffers.classified.as_ref(),
+            Mode::Graded => self.buffers.graded.as_ref(),
+            Mode::Auto => None,
+        }?;
         let mut known = self.params.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(known) = known.iter().find(|known| known.group_size == group_size) {
-            return known.group.clone();
+        let is_same = |known: &&ParamsFor| known.group_size == group_size && known.mode == mode;
+        if let Some(known) = known.iter().find(is_same) {
+            return Some(known.group.clone());
         }
-        let params = Params::new(self.extent, self.enabled, group_size, &self.layout);
+        let params = Params::new(
+            self.extent,
+            self.enabled,
+            group_size,
+            mode,
+            [self.extent[0], self.extent[1]],
+            self.builder.options(),
+        );
         let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("vrcs params"),
             size: size_of::<Params>() as u64,
@@ -303,44 +423,48 @@ impl View {
                 },
                 wgpu::BindGroupEntry {
                     binding: 1,
-                    resource: self.buffers.coords.as_entire_binding(),
+                    resource: coords.as_entire_binding(),
                 },
             ],
         });
         known.push(ParamsFor {
             group_size,
+            mode,
             buffer,
             group: group.clone(),
         });
-        group
+        Some(group)
+    }
+
+    /// The arguments of a pass's indirect dispatch, and where they stand.
+    pub(crate) fn arguments(&self, mode: Mode, sky: Sky) -> Option<(&wgpu::Buffer, u64)> {
+        let buffer = self.buffers.arguments.as_ref()?;
+        let of_mode = match mode {
+            Mode::List => 0,
+            Mode::Classified => 24,
+            Mode::Tiled | Mode::Graded | Mode::Auto => return None,
+        };
+        let of_sky = match sky {
+            Sky::Skip => 0,
+            Sky::Shade => 12,
+        };
+        Some((buffer, of_mode + of_sky))
     }
 }
 
-impl Buffers {
-    fn new(
-        device: &wgpu::Device,
-        builder: &Builder,
-        extent: [u32; 3],
-        layout: &CoordLayout,
-    ) -> Buffers {
-        let buffer = |label, size| {
-            device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some(label),
-                size,
-                usage: wgpu::BufferUsages::STORAGE
-                    | wgpu::BufferUsages::COPY_DST
-                    | wgpu::BufferUsages::COPY_SRC,
-                mapped_at_creation: false,
-            })
-        };
-        let sri = buffer(
-            "vrcs shading rates",
-            SriLayout::new(extent[0], extent[1]).bytes(),
-        );
-        let coords = buffer("vrcs coordinates", u64::from(layout.words()) * 4);
-        let bound = builder.bind(device, &sri, &coords);
-        Buffers { sri, coords, bound }
+/// Looks for options that no kernel can be made for.
+fn check_options(options: &BuildOptions) -> Result<(), ViewError> {
+    let [width, height] = options.tile;
+    let is_tile = |side: u32| side > 0 && side.is_multiple_of(4) && side <= 256;
+    if !is_tile(width) || !is_tile(height) || width * height > 256 {
+        return Err(ViewError::Options(
+            "the sides of a tile have to be multiples of 4, its area at most 256 pixels",
+        ));
     }
+    if !options.wave.is_power_of_two() || options.wave > 128 {
+        return Err(ViewError::Options("a wave has 1, 2, 4 … 128 invocations"));
+    }
+    Ok(options.coverage.check()?)
 }
 
 fn check(
@@ -351,6 +475,7 @@ fn check(
     if extent.contains(&0) {
         return Err(ViewError::Empty(extent));
     }
+    check_options(options)?;
     let limits = device.limits();
     let groups = [
         extent[0].div_ceil(options.tile[0]),
@@ -366,7 +491,7 @@ fn check(
         });
     }
     let layout = CoordLayout::new([extent[0], extent[1]], options);
-    let bytes = (u64::from(layout.words()) * 4).max(SriLayout::new(extent[0], extent[1]).bytes());
+    let bytes = Sizes::new(options, [extent[0], extent[1]]).largest();
     let limit = limits
         .max_storage_buffer_binding_size
         .min(limits.max_buffer_size);

@@ -6,11 +6,17 @@ use fastrand::Rng;
 use vrcs::{
     Rate,
     build::{
-        BuildOptions, Header,
-        cpu::{self, Coordinates},
-        gpu::Builder,
+        BuildOptions, Modes,
+        cpu::{self, Coordinates, Frame},
+        effective,
+        primary::Order,
     },
-    check::{gpu::Gpu, rates::Pattern},
+    check::{
+        coordinates::{build_on, compare},
+        gpu::Gpu,
+        rates::Pattern,
+    },
+    coverage::{Coverage, Depth, DepthKind, Normals, Sky, cpu::Samples},
     sri::Sri,
 };
 use vrcs_passes::options::FullTiles;
@@ -44,65 +50,192 @@ fn options() -> impl Iterator<Item = BuildOptions> {
     })
 }
 
-fn build_on(gpu: &Gpu, builder: &Builder, sri: &Sri, extent: [u32; 2], words: usize) -> Vec<u32> {
-    let buffer = |label, bytes: &[u8]| gpu.buffer(label, bytes, wgpu::BufferUsages::STORAGE);
-    let image = buffer("rates", sri.bytes());
-    // poisoned: what is not written shows
-    let coords = buffer("coordinates", &vec![0xa5; words * 4]);
-    let bound = builder.bind(&gpu.device, &image, &coords);
-    builder.set_extent(&gpu.queue, &bound, extent);
-    let mut encoder = gpu.encoder();
-    builder.record(
-        &mut encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default()),
-        &bound,
-        extent,
-    );
-    let read = gpu
-        .submit_and_read(encoder, &[&coords])
-        .expect("coordinates");
-    bytemuck::pod_collect_to_vec(&read[0])
+/// What is asked of a build, besides the tiled buffer.
+fn everything(options: BuildOptions) -> BuildOptions {
+    BuildOptions {
+        modes: Modes::ALL,
+        effective: true,
+        statistics: true,
+        ..options
+    }
+}
+
+/// Builds on the GPU, two frames in a row, and holds all of it against the twin.
+fn hold(
+    gpu: &Gpu,
+    sri: &Sri,
+    extent: [u32; 2],
+    options: BuildOptions,
+    frame: &Frame,
+) -> Coordinates {
+    let twin = cpu::build_frame(sri, extent, &options, frame);
+    let builder = gpu.builder(options);
+    let built = build_on(gpu, &builder, sri, frame.samples, &twin, 2).expect("a build");
+    if let Err(difference) = compare(&twin, &built) {
+        panic!("{extent:?} {options:?} {:?}: {difference:?}", frame.order);
+    }
+    twin
 }
 
 #[test]
-fn the_gpu_makes_the_words_of_its_cpu_twin() {
+fn the_gpu_makes_what_its_cpu_twin_makes() {
     let gpu = common::gpu();
     let seed = common::seed();
     let mut tried = 0;
     for options in options() {
-        let builder = Builder::new(&gpu.device, options);
         for (index, extent) in SIZES.into_iter().enumerate() {
             let mut rng = Rng::with_seed(seed + index as u64);
             let pattern = Pattern::of_case(rng.u32(0..24), options.largest);
             let sri = pattern.image(extent[0], extent[1], &mut rng);
-            let wanted = cpu::build(&sri, extent, &options);
-            let got = build_on(&gpu, &builder, &sri, extent, wanted.words.len());
-            for tile in 0..wanted.layout.tile_count() {
-                let header = wanted.header(tile);
-                assert_eq!(
-                    Header(got[tile as usize]),
-                    header,
-                    "{pattern:?} {extent:?} tile {tile}"
-                );
-                let start =
-                    (wanted.layout.entries + tile * wanted.layout.entries_per_tile) as usize;
-                let count = header.count() as usize;
-                assert_eq!(
-                    got[start..start + count],
-                    wanted.words[start..start + count],
-                    "{pattern:?} {extent:?} tile {tile}"
-                );
-                let room = wanted.layout.entries_per_tile as usize;
-                assert!(
-                    got[start + count..start + room]
-                        .iter()
-                        .all(|&word| word == 0xa5a5_a5a5),
-                    "more than the tile's entries was written"
-                );
-            }
+            let frame = Frame {
+                order: match rng.bool() {
+                    true => Order::Rotating(rng.u32(..)),
+                    false => Order::Fixed,
+                },
+                ..Frame::default()
+            };
+            hold(&gpu, &sri, extent, everything(options), &frame);
             tried += 1;
         }
     }
     assert_eq!(tried, 240);
+}
+
+/// What a scene may have, in every combination that changes the kernel.
+fn coverages() -> Vec<Coverage> {
+    let depth = |kind| Some(Depth::new(kind));
+    let standard = DepthKind::Standard {
+        near: 0.5,
+        far: 100.0,
+    };
+    let none = Coverage::default();
+    vec![
+        Coverage {
+            triangles: true,
+            ..none
+        },
+        Coverage {
+            triangles: true,
+            sky: Some(Sky::Triangle(0)),
+            ..none
+        },
+        Coverage {
+            surfaces: true,
+            sky: Some(Sky::Surface(0)),
+            ..none
+        },
+        Coverage {
+            surfaces: true,
+            depth: depth(DepthKind::Reversed),
+            sky: Some(Sky::Depth),
+            ..none
+        },
+        Coverage {
+            depth: depth(standard),
+            sky: Some(Sky::Depth),
+            ..none
+        },
+        Coverage {
+            depth: depth(DepthKind::Linear),
+            normals: Some(Normals::Octahedral { tolerance: 4 }),
+            sky: Some(Sky::Depth),
+            ..none
+        },
+        Coverage {
+            triangles: true,
+            depth: depth(DepthKind::Reversed),
+            normals: Some(Normals::Rebuilt {
+                tolerance: 5,
+                tangents: [0.8, 0.5],
+            }),
+            sky: Some(Sky::Depth),
+            ..none
+        },
+        Coverage {
+            triangles: true,
+            surfaces: true,
+            ..none
+        },
+    ]
+}
+
+/// A scene of planes: each patch of triangles lies in one of a few, some of it is sky. Depth suits the kind.
+fn planes([width, height]: [u32; 2], coverage: &Coverage, rng: &mut Rng) -> Samples {
+    let size = [1, 3, 7, 40][rng.usize(..4)];
+    let key = rng.u64(..);
+    let mut samples = Samples {
+        size: [width, height],
+        ..Samples::default()
+    };
+    for at in 0..width * height {
+        let (x, y) = (at % width, at / width);
+        let patch = u64::from(x / size) << 32 | u64::from(y / size);
+        let mut patch = Rng::with_seed(key ^ patch.wrapping_mul(0x9e37_79b9_7f4a_7c15));
+        let surface = patch.u32(0..5);
+        // powers of two, so that inverse depth is exact where depth is linear
+        let inverse = match (coverage.depth.map(|depth| depth.kind), surface) {
+            (_, 0) => 0.0,
+            (Some(DepthKind::Linear), n) => 1.0 / f32::from(1u16 << n),
+            (_, 1) => 0.25 + x as f32 / 65536.0 + y as f32 / 32768.0,
+            (_, n) => n as f32 / 8.0,
+        };
+        samples.surfaces.push(surface);
+        samples.triangles.push(match surface {
+            0 => 0,
+            _ => 1 + patch.u32(0..3) + 3 * rng.u32(0..2),
+        });
+        samples
+            .depth
+            .push(match coverage.depth.map(|depth| depth.kind) {
+                Some(DepthKind::Standard { .. }) => 1.0 - inverse,
+                Some(DepthKind::Linear) if inverse == 0.0 => f32::INFINITY,
+                Some(DepthKind::Linear) => 1.0 / inverse,
+                _ => inverse,
+            });
+        let normal = patch.u8(0..4);
+        samples.normals.push([f32::from(normal) / 4.0, 0.5]);
+    }
+    samples
+}
+
+#[test]
+fn coverage_on_the_gpu_is_that_of_its_cpu_twin() {
+    let gpu = common::gpu();
+    let seed = common::seed();
+    let sizes = [[1, 1], [33, 31], [64, 48], [17, 100]];
+    let (mut split, mut whole, mut skies) = (0, 0, 0);
+    for coverage in coverages() {
+        coverage.check().expect("a declaration that makes sense");
+        for largest in [Rate::R2X2, Rate::R4X4] {
+            for (index, extent) in sizes.into_iter().enumerate() {
+                let mut rng = Rng::with_seed(seed + 100 + index as u64);
+                let samples = planes(extent, &coverage, &mut rng);
+                let pattern = Pattern::of_case(rng.u32(1..16), largest);
+                let sri = pattern.image(extent[0], extent[1], &mut rng);
+                let options = everything(BuildOptions {
+                    largest,
+                    coverage,
+                    full_tiles: [FullTiles::Promote, FullTiles::Keep][index % 2],
+                    ..BuildOptions::default()
+                });
+                let frame = Frame {
+                    order: Order::Rotating(index as u32),
+                    samples: Some(&samples),
+                };
+                let twin = hold(&gpu, &sri, extent, options, &frame);
+                assert_partition(&twin);
+                for byte in twin.effective() {
+                    split += u32::from(byte & effective::SPLIT != 0);
+                    whole += u32::from(*byte != 0 && byte & effective::SPLIT == 0);
+                }
+                skies += twin.sky().iter().filter(|sky| **sky).count();
+            }
+        }
+    }
+    assert!(
+        split > 1000 && whole > 1000 && skies > 1000,
+        "{split} {whole} {skies}"
+    );
 }
 
 /// Each pixel of the extent is a member of exactly one group, its primary is a member of that group, and a group shares
@@ -124,7 +257,12 @@ fn assert_partition(coordinates: &Coordinates) {
                 }
             }
         }
-        for entry in coordinates.entries(tile) {
+        let header = coordinates.header(tile);
+        let entries: Vec<_> = coordinates.entries(tile).collect();
+        if !header.is_identity() {
+            assert_eq!(entries.len() as u32, header.count() + header.sky_count());
+        }
+        for entry in entries {
             let (x, y) = (origin[0] + entry.x(), origin[1] + entry.y());
             let own = (y & 3) * 4 + (x & 3);
             assert!(

@@ -4,7 +4,7 @@
 mod common;
 
 use vrcs::check::{Job, Law, Route};
-use vrcs_passes::options::MaxRate;
+use vrcs_passes::options::{MaxRate, Mode, Sky};
 
 fn hold(name: &str) {
     let source = common::shader(name);
@@ -139,5 +139,50 @@ fn pictures_of_any_size() {
             }
             assert_eq!(report.failure, None, "{name} {size:?}");
         }
+    }
+}
+
+/// The laws in every mode that copies, with rotating primaries and random surfaces and sky among the cases, for shaders of every
+/// kind of copy.
+#[test]
+fn every_mode() {
+    let modes = [Mode::List, Mode::Classified];
+    let names = [
+        "plain",
+        "guarded",
+        "buffer",
+        "strided",
+        "lone_groups",
+        "layers",
+        "targets",
+        "tile_order",
+    ];
+    for (index, name) in names.into_iter().enumerate() {
+        for (mode, sky) in modes.into_iter().zip([Sky::Skip, Sky::Shade]) {
+            let mut job = Job::new("main");
+            job.seed = common::seed();
+            job.cases = 32;
+            job.options.mode = mode;
+            job.options.sky = match index % 2 {
+                0 => sky,
+                _ => Sky::Skip,
+            };
+            job.options.max_rate = [MaxRate::R2x2, MaxRate::R4x4][index / 2 % 2];
+            // a small tile has more boundaries
+            job.options.tile = [[16, 16], [8, 4]][index / 4 % 2];
+            common::assert_passed(&common::run(&common::shader(name), &job));
+        }
+    }
+}
+
+/// Sky is skipped or shaded, in tiled dispatch too.
+#[test]
+fn sky_is_a_choice_of_the_pass() {
+    for sky in [Sky::Skip, Sky::Shade] {
+        let mut job = Job::new("main");
+        job.seed = common::seed();
+        job.options.sky = sky;
+        job.options.wave = 8;
+        common::assert_passed(&common::run(&common::shader("guarded"), &job));
     }
 }

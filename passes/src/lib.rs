@@ -47,6 +47,7 @@
 //! what naga's validator does not, and [`emit`] writes WGSL and compares a fresh parse of it with the module.
 
 pub mod analysis;
+pub mod auto;
 pub mod build;
 pub mod deep;
 pub mod emit;

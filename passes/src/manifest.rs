@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     finding::Finding,
-    options::{Atomics, FullTiles, Linear, MaxRate, Mode, Options, Policy},
+    options::{Atomics, FullTiles, Linear, MaxRate, Mode, Options, Policy, Sky},
     plan::{TargetPlan, regions::report::Group},
     source::Source,
     transform::bindings::Placement,
@@ -118,6 +118,9 @@ pub struct Entry {
     pub name: String,
     /// How primaries find their pixels.
     pub mode: Mode,
+    /// Why, if it was chosen for the shader.
+    #[serde(default)]
+    pub mode_reason: Option<String>,
     /// Its new workgroup size.
     pub workgroup_size: [u32; 3],
     /// The workgroup size that the shader was written for; `null` on an axis where an `override` decides.
@@ -130,6 +133,9 @@ pub struct Entry {
     pub wave: u32,
     /// The nearly-full rule.
     pub full_tiles: FullTiles,
+    /// What becomes of sky.
+    #[serde(default)]
+    pub sky: Sky,
     /// The number of workgroups to dispatch, on each axis, for a logical extent.
     pub dispatch: Dispatch,
     /// Where the width comes from, if the original's dispatch has one dimension over the pixels' numbers; the logical extent is
@@ -183,8 +189,12 @@ impl Entry {
 /// The rule for the number of workgroups.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Dispatch {
-    /// On each axis, the extent is divided by this, rounded up.
+    /// On each axis, the extent is divided by this, rounded up. Where the dispatch is indirect, this is the dispatch with
+    /// shading rates switched off.
     pub divide: [u32; 3],
+    /// Whether the number of workgroups stands in a buffer that the build writes.
+    #[serde(default)]
+    pub indirect: bool,
 }
 
 impl Dispatch {
@@ -301,6 +311,8 @@ pub fn bindings(placement: Placement) -> Vec<Binding> {
                 field("tiles_per_row", 28, "u32"),
                 field("entries", 32, "u32"),
                 field("entries_per_tile", 36, "u32"),
+                field("capacity", 40, "u32"),
+                field("stride", 44, "u32"),
             ],
         ),
         binding(
@@ -315,6 +327,15 @@ pub fn bindings(placement: Placement) -> Vec<Binding> {
 
 /// The size of the parameters, in bytes.
 pub const PARAMS_SIZE: u32 = 48;
+
+/// The workgroup size of a rewritten entry point. A list has no rows.
+pub fn workgroup_size(options: &Options) -> [u32; 3] {
+    let [width, height] = options.tile;
+    match options.mode {
+        Mode::Tiled | Mode::Graded | Mode::Auto => [width, height, 1],
+        Mode::List | Mode::Classified => [width * height, 1, 1],
+    }
+}
 
 /// An entry of the manifest.
 pub fn entry(
@@ -332,7 +353,8 @@ pub fn entry(
     Entry {
         name: entry.name.clone(),
         mode: options.mode,
-        workgroup_size: [width, height, 1],
+        mode_reason: None,
+        workgroup_size: workgroup_size(options),
         original_workgroup_size: std::array::from_fn(|axis| {
             overrides[axis]
                 .is_none()
@@ -342,8 +364,10 @@ pub fn entry(
         max_rate: options.max_rate,
         wave: options.wave,
         full_tiles: options.full_tiles,
+        sky: options.sky,
         dispatch: Dispatch {
             divide: [width, height, 1],
+            indirect: matches!(options.mode, Mode::List | Mode::Classified),
         },
         linear: options.linear.clone(),
         atomics: options.atomics,

@@ -12,6 +12,32 @@ pub enum Mode {
     /// leave at once.
     #[default]
     Tiled,
+    /// One list of the picture's primaries, packed without a gap, in one indirect dispatch: at most one wave of the whole
+    /// picture is partial (the slides' "pixel commands").
+    List,
+    /// A list for each class of tiles, in one indirect dispatch: primaries of tiles that are one rate throughout are
+    /// computed, only those of mixed tiles are loaded.
+    Classified,
+    /// Every invocation runs and nothing is copied; the shader asks `vrcs_copies()` how many share its pixel's work.
+    Graded,
+    /// The rewriter [chooses](crate::auto) tiled or list, and tells why in the manifest.
+    Auto,
+}
+
+impl Mode {
+    /// All modes but [`Mode::Auto`].
+    pub const ALL: [Mode; 4] = [Mode::Tiled, Mode::List, Mode::Classified, Mode::Graded];
+}
+
+/// What becomes of pixels that the scene's coverage calls sky.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Sky {
+    /// They are not shaded and not written.
+    #[default]
+    Skip,
+    /// They are shaded, by groups of their own.
+    Shade,
 }
 
 /// The largest shading rate whose copies a rewritten shader makes.
@@ -126,6 +152,9 @@ pub struct Options {
     pub wave: u32,
     /// What becomes of nearly full tiles?
     pub full_tiles: FullTiles,
+    /// What becomes of sky?
+    #[serde(default)]
+    pub sky: Sky,
     /// How many bind groups does the device have? WebGPU's default is 4.
     pub max_bind_groups: u32,
     /// How is the work between barriers saved?
@@ -165,6 +194,7 @@ impl Default for Options {
             tile: [16, 16],
             wave: 32,
             full_tiles: FullTiles::default(),
+            sky: Sky::default(),
             max_bind_groups: 4,
             barriers: Barriers::default(),
             max_workgroup_memory: default_workgroup_memory(),

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use vrcs_passes::{Color, Entries, Options, Source, emit, input, rewrite};
 
 /// Functions, types and variables of the prelude.
-const PRELUDE: [&str; 18] = [
+const PRELUDE: [&str; 19] = [
     "struct VrcsParams",
     "const VRCS_",
     "var<uniform> vrcs_params",
@@ -19,6 +19,7 @@ const PRELUDE: [&str; 18] = [
     "fn vrcs_is_inside",
     "fn vrcs_members",
     "fn vrcs_take",
+    "fn vrcs_flip",
     "fn vrcs_relative",
     "fn vrcs_prefix",
     "fn vrcs_tile_is_empty",

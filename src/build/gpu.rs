@@ -1,88 +1,297 @@
-//! The coordinate builder on the GPU: `shaders/build.wgsl`, recorded into the caller's own pass.
+//! The coordinate builder on the GPU: `shaders/build.wgsl` and `shaders/finish.wgsl`, recorded into the caller's own pass.
+//!
+//! *Guarantees*: what the options do not ask for is neither compiled nor bound; nothing is read back, and the counters are
+//! zero again when the build is done.
 
 use bytemuck::{Pod, Zeroable};
-use vrcs_passes::options::FullTiles;
 
-use super::{BuildOptions, CoordLayout};
+use super::{BuildOptions, CoordLayout, ListLayout, primary::Order, statistics::Statistics};
 use crate::{
+    coverage::{Normals, Sky, Textures},
     kernel::{self, shader},
     sri::SriLayout,
 };
 
 /// The kernel's parameters, as in `shaders/build.wgsl`.
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 #[repr(C)]
 struct Params {
     extent: [u32; 2],
+    sample_at: [u32; 2],
+    plane: [f32; 2],
+    sample_scale: u32,
     tiles_per_row: u32,
+    tile_count: u32,
     entries: u32,
     entries_per_tile: u32,
     full: u32,
     largest: u32,
     sri_pitch: u32,
+    phase: u32,
+    list_capacity: u32,
+    list_stride: u32,
+    mixed: u32,
+    graded_pitch: u32,
+    wave: u32,
+    depth_scale: f32,
+    depth_bias: f32,
+    depth_tolerance: f32,
+    normal_tolerance: u32,
+    sky: u32,
+    layers: u32,
 }
 
-/// The pipeline that builds coordinate buffers with given options.
+/// The parameters of `shaders/finish.wgsl`.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+struct FinishParams {
+    tile_area: u32,
+    layers: u32,
+    phase: u32,
+    padding: u32,
+}
+
+/// The counters' bytes.
+const COUNTERS: u64 = 256;
+/// The bytes of the arguments of indirect dispatches: of the list without sky, with sky, of the classified lists without
+/// sky, with sky; twelve bytes each.
+const ARGUMENTS: u64 = 48;
+
+/// The pipelines that build coordinate buffers with given options.
 #[derive(Debug)]
 pub struct Builder {
     options: BuildOptions,
-    layout: wgpu::BindGroupLayout,
-    pipeline: wgpu::ComputePipeline,
+    build: Kernel,
+    finish: Option<Kernel>,
 }
 
-/// The bindings of a builder to one shading-rate image and one coordinate buffer.
+#[derive(Debug)]
+struct Kernel {
+    layout: wgpu::BindGroupLayout,
+    pipeline: wgpu::ComputePipeline,
+    bindings: Vec<(u32, Resource)>,
+}
+
+/// What a kernel binds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Resource {
+    Params,
+    Sri,
+    Coords,
+    Counters,
+    List,
+    Classified,
+    Effective,
+    Graded,
+    Arguments,
+    Statistics,
+    Triangles,
+    Surfaces,
+    Depth,
+    Normals,
+}
+
+/// The buffers of a build. Those that its options do not ask for do not exist.
+#[derive(Clone, Debug)]
+pub struct Buffers {
+    /// The shading-rate image, in the form of [`SriLayout`].
+    pub sri: wgpu::Buffer,
+    /// The tiled buffer.
+    pub coords: Option<wgpu::Buffer>,
+    /// The list.
+    pub list: Option<wgpu::Buffer>,
+    /// The classified lists.
+    pub classified: Option<wgpu::Buffer>,
+    /// The graded buffer.
+    pub graded: Option<wgpu::Buffer>,
+    /// The effective rates, in the form of [`SriLayout`].
+    pub effective: Option<wgpu::Buffer>,
+    /// The arguments of indirect dispatches.
+    pub arguments: Option<wgpu::Buffer>,
+    /// The [statistics](Statistics::read).
+    pub statistics: Option<wgpu::Buffer>,
+    counters: Option<wgpu::Buffer>,
+}
+
+impl Buffers {
+    /// Makes the buffers for an extent.
+    pub fn new(device: &wgpu::Device, options: &BuildOptions, extent: [u32; 2]) -> Buffers {
+        let buffer = |label, size, usage| {
+            device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size,
+                usage: wgpu::BufferUsages::STORAGE
+                    | wgpu::BufferUsages::COPY_DST
+                    | wgpu::BufferUsages::COPY_SRC
+                    | usage,
+                mapped_at_creation: false,
+            })
+        };
+        let none = wgpu::BufferUsages::empty();
+        let sizes = Sizes::new(options, extent);
+        let optional = |label, size: Option<u64>| size.map(|size| buffer(label, size, none));
+        Buffers {
+            sri: buffer("vrcs shading rates", sizes.sri, none),
+            coords: optional("vrcs coordinates", sizes.coords),
+            list: optional("vrcs list", sizes.list),
+            classified: optional("vrcs classified lists", sizes.classified),
+            graded: optional("vrcs graded", sizes.graded),
+            effective: optional("vrcs effective rates", sizes.effective),
+            arguments: has_lists(options)
+                .then(|| buffer("vrcs arguments", ARGUMENTS, wgpu::BufferUsages::INDIRECT)),
+            statistics: optional(
+                "vrcs statistics",
+                options.statistics.then_some(Statistics::BYTES),
+            ),
+            counters: optional("vrcs counters", has_counters(options).then_some(COUNTERS)),
+        }
+    }
+
+    /// Whether the buffers hold what an extent needs.
+    pub fn fit(&self, options: &BuildOptions, extent: [u32; 2]) -> bool {
+        let sizes = Sizes::new(options, extent);
+        let fits = |buffer: &Option<wgpu::Buffer>, size: Option<u64>| {
+            buffer.as_ref().map_or(0, wgpu::Buffer::size) >= size.unwrap_or(0)
+        };
+        self.sri.size() >= sizes.sri
+            && fits(&self.coords, sizes.coords)
+            && fits(&self.list, sizes.list)
+            && fits(&self.classified, sizes.classified)
+            && fits(&self.graded, sizes.graded)
+            && fits(&self.effective, sizes.effective)
+    }
+
+    fn get(&self, resource: Resource) -> Option<&wgpu::Buffer> {
+        match resource {
+            Resource::Sri => Some(&self.sri),
+            Resource::Coords => self.coords.as_ref(),
+            Resource::Counters => self.counters.as_ref(),
+            Resource::List => self.list.as_ref(),
+            Resource::Classified => self.classified.as_ref(),
+            Resource::Effective => self.effective.as_ref(),
+            Resource::Graded => self.graded.as_ref(),
+            Resource::Arguments => self.arguments.as_ref(),
+            Resource::Statistics => self.statistics.as_ref(),
+            _ => None,
+        }
+    }
+}
+
+/// The bytes of the buffers that options ask for.
+#[derive(Clone, Copy, Debug)]
+pub struct Sizes {
+    sri: u64,
+    coords: Option<u64>,
+    list: Option<u64>,
+    classified: Option<u64>,
+    graded: Option<u64>,
+    effective: Option<u64>,
+}
+
+impl Sizes {
+    /// The sizes for an extent.
+    pub fn new(options: &BuildOptions, extent: [u32; 2]) -> Sizes {
+        let coords = CoordLayout::new(extent, options);
+        let lists = ListLayout::new(extent, options);
+        let sri = SriLayout::new(extent[0], extent[1]).bytes();
+        let modes = options.modes;
+        Sizes {
+            sri,
+            coords: modes.tiled.then_some(u64::from(coords.words()) * 4),
+            list: modes.list.then_some(lists.list_bytes()),
+            classified: modes.classified.then_some(lists.classified_bytes()),
+            graded: modes.graded.then_some(lists.graded_bytes()),
+            effective: options.effective.then_some(sri),
+        }
+    }
+
+    /// The largest.
+    pub fn largest(&self) -> u64 {
+        [
+            Some(self.sri),
+            self.coords,
+            self.list,
+            self.classified,
+            self.graded,
+        ]
+        .into_iter()
+        .flatten()
+        .max()
+        .unwrap_or(0)
+    }
+}
+
+fn has_lists(options: &BuildOptions) -> bool {
+    options.modes.list || options.modes.classified
+}
+
+fn has_counters(options: &BuildOptions) -> bool {
+    has_lists(options) || options.statistics
+}
+
+/// The bindings of a builder to the buffers of one view.
 #[derive(Debug)]
 pub struct BoundBuilder {
     params: wgpu::Buffer,
     group: wgpu::BindGroup,
+    finish: Option<(wgpu::Buffer, wgpu::BindGroup)>,
+    sample: [u32; 3],
 }
 
 impl Builder {
-    /// Makes the pipeline.
+    /// Makes the pipelines.
     pub fn new(device: &wgpu::Device, options: BuildOptions) -> Builder {
-        let buffer = |binding, ty| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::COMPUTE,
-            ty: wgpu::BindingType::Buffer {
-                ty,
-                has_dynamic_offset: false,
-                min_binding_size: None,
-            },
-            count: None,
-        };
-        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("vrcs build"),
-            entries: &[
-                buffer(0, wgpu::BufferBindingType::Uniform),
-                buffer(1, wgpu::BufferBindingType::Storage { read_only: true }),
-                buffer(2, wgpu::BufferBindingType::Storage { read_only: false }),
-            ],
-        });
-        let module = kernel::shader_module(
-            device,
-            shader!("build.wgsl"),
-            &[
-                ("TILE_WIDTH", options.tile[0]),
-                ("TILE_HEIGHT", options.tile[1]),
-            ],
-        );
-        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("vrcs build"),
-            bind_group_layouts: &[Some(&layout)],
-            immediate_size: 0,
-        });
-        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some("vrcs build"),
-            layout: Some(&pipeline_layout),
-            module: &module,
-            entry_point: Some("build"),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
-            cache: None,
-        });
+        let coverage = &options.coverage;
+        let octahedral = matches!(coverage.normals, Some(Normals::Octahedral { .. }));
+        let modes = options.modes;
+        let build = [
+            (0, Resource::Params, true),
+            (1, Resource::Sri, true),
+            (2, Resource::Coords, modes.tiled),
+            (3, Resource::Counters, has_counters(&options)),
+            (4, Resource::List, modes.list),
+            (5, Resource::Classified, modes.classified),
+            (6, Resource::Effective, options.effective),
+            (7, Resource::Graded, modes.graded),
+            (8, Resource::Triangles, coverage.triangles),
+            (9, Resource::Surfaces, coverage.surfaces),
+            (10, Resource::Depth, coverage.depth.is_some()),
+            (11, Resource::Normals, octahedral),
+        ];
+        let finish = [
+            (0, Resource::Params, true),
+            (1, Resource::Counters, true),
+            (2, Resource::List, modes.list),
+            (3, Resource::Classified, modes.classified),
+            (4, Resource::Arguments, has_lists(&options)),
+            (5, Resource::Statistics, options.statistics),
+        ];
+        let mut defs = vec![
+            ("TILE_WIDTH", options.tile[0]),
+            ("TILE_HEIGHT", options.tile[1]),
+        ];
+        let switches = [
+            ("TILED", modes.tiled),
+            ("LIST", modes.list),
+            ("CLASSIFIED", modes.classified),
+            ("GRADED", modes.graded),
+            ("EFFECTIVE", options.effective),
+            ("STATISTICS", options.statistics),
+            ("COUNTERS", has_counters(&options)),
+            ("ARGUMENTS", has_lists(&options)),
+            ("WHOLE_WORDS", options.tile[0].is_multiple_of(8)),
+            (
+                "ONE_PLANE",
+                coverage.normals.is_some() && coverage.depth.is_some(),
+            ),
+        ];
+        defs.extend(switches.iter().filter(|s| s.1).map(|&(name, _)| (name, 1)));
+        defs.extend(coverage.defs());
         Builder {
             options,
-            layout,
-            pipeline,
+            build: Kernel::new(device, shader!("build.wgsl"), "build", &defs, &build),
+            finish: has_counters(&options)
+                .then(|| Kernel::new(device, shader!("finish.wgsl"), "finish", &defs, &finish)),
         }
     }
 
@@ -91,63 +300,210 @@ impl Builder {
         &self.options
     }
 
-    /// Binds a shading-rate image and a coordinate buffer.
+    /// Binds buffers, and the textures that coverage is told by; `None` if a declared texture is missing.
     pub fn bind(
         &self,
         device: &wgpu::Device,
-        sri: &wgpu::Buffer,
-        coords: &wgpu::Buffer,
-    ) -> BoundBuilder {
-        let params = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("vrcs build params"),
-            size: size_of::<Params>() as u64,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
+        buffers: &Buffers,
+        textures: &Textures,
+    ) -> Option<BoundBuilder> {
+        let uniform = |size: usize| {
+            device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("vrcs build params"),
+                size: size as u64,
+                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })
+        };
+        let params = uniform(size_of::<Params>());
+        let finish = self.finish.as_ref().map(|kernel| {
+            let params = uniform(size_of::<FinishParams>());
+            let group = kernel.bind(device, &params, buffers, textures)?;
+            Some((params, group))
         });
-        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("vrcs build"),
-            layout: &self.layout,
-            entries: &[
-                wgpu::BindGroupEntry {
-                    binding: 0,
-                    resource: params.as_entire_binding(),
-                },
-                wgpu::BindGroupEntry {
-                    binding: 1,
-                    resource: sri.as_entire_binding(),
-                },
-                wgpu::BindGroupEntry {
-                    binding: 2,
-                    resource: coords.as_entire_binding(),
-                },
-            ],
-        });
-        BoundBuilder { params, group }
+        Some(BoundBuilder {
+            group: self.build.bind(device, &params, buffers, textures)?,
+            params,
+            finish: match finish {
+                None => None,
+                Some(finish) => Some(finish?),
+            },
+            sample: [textures.scale, textures.sample[0], textures.sample[1]],
+        })
     }
 
-    /// Sets the extent of the picture for dispatches that are submitted from now on.
-    pub fn set_extent(&self, queue: &wgpu::Queue, bound: &BoundBuilder, extent: [u32; 2]) {
-        let layout = CoordLayout::new(extent, &self.options);
+    /// Sets the extent of the picture, and how primaries are chosen, for dispatches that are submitted from now on.
+    pub fn set(&self, queue: &wgpu::Queue, bound: &BoundBuilder, extent: [u32; 3], order: Order) {
+        let options = &self.options;
+        let size = [extent[0], extent[1]];
+        let layout = CoordLayout::new(size, options);
+        let lists = ListLayout::new(size, options);
+        let coverage = &options.coverage;
+        let [depth_scale, depth_bias] = coverage
+            .depth
+            .and_then(|depth| depth.kind.to_inverse())
+            .unwrap_or_default();
+        let tangents = match coverage.normals {
+            Some(Normals::Rebuilt { tangents, .. }) => tangents,
+            _ => [1.0; 2],
+        };
+        let [scale, x, y] = bound.sample;
         let params = Params {
-            extent,
+            extent: size,
+            sample_at: [x, y],
+            plane: [0, 1].map(|axis| size[axis] as f32 / (2.0 * tangents[axis])),
+            sample_scale: scale,
             tiles_per_row: layout.tiles[0],
+            tile_count: layout.tile_count(),
             entries: layout.entries,
             entries_per_tile: layout.entries_per_tile,
-            full: match self.options.full_tiles {
-                FullTiles::Promote => layout.entries_per_tile,
-                FullTiles::Keep => u32::MAX,
+            full: options.full(),
+            largest: u32::from(options.largest.code()),
+            sri_pitch: SriLayout::new(size[0], size[1]).pitch / 4,
+            phase: order.code(),
+            list_capacity: lists.capacity,
+            list_stride: lists.stride,
+            mixed: lists.mixed(),
+            graded_pitch: lists.graded_pitch,
+            wave: options.wave,
+            depth_scale,
+            depth_bias,
+            depth_tolerance: coverage
+                .depth
+                .map_or(0.0, |depth| 0.5f32.powi(depth.tolerance as i32)),
+            normal_tolerance: coverage.normals.map_or(1, Normals::tolerance),
+            sky: match coverage.sky {
+                Some(Sky::Triangle(sky) | Sky::Surface(sky)) => sky,
+                _ => 0,
             },
-            largest: u32::from(self.options.largest.code()),
-            sri_pitch: SriLayout::new(extent[0], extent[1]).pitch / 4,
+            layers: extent[2],
         };
         queue.write_buffer(&bound.params, 0, bytemuck::bytes_of(&params));
+        if let Some((buffer, _)) = &bound.finish {
+            let params = FinishParams {
+                tile_area: options.area(),
+                layers: extent[2],
+                phase: order.code(),
+                padding: 0,
+            };
+            queue.write_buffer(buffer, 0, bytemuck::bytes_of(&params));
+        }
     }
 
     /// Records the build into a compute pass.
     pub fn record(&self, pass: &mut wgpu::ComputePass, bound: &BoundBuilder, extent: [u32; 2]) {
         let [x, y] = CoordLayout::new(extent, &self.options).tiles;
-        pass.set_pipeline(&self.pipeline);
+        pass.set_pipeline(&self.build.pipeline);
         pass.set_bind_group(0, &bound.group, &[]);
         pass.dispatch_workgroups(x, y, 1);
+        if let (Some(kernel), Some((_, group))) = (&self.finish, &bound.finish) {
+            pass.set_pipeline(&kernel.pipeline);
+            pass.set_bind_group(0, group, &[]);
+            pass.dispatch_workgroups(1, 1, 1);
+        }
+    }
+}
+
+impl Kernel {
+    fn new(
+        device: &wgpu::Device,
+        source: kernel::Source,
+        entry: &str,
+        defs: kernel::Defs,
+        bindings: &[(u32, Resource, bool)],
+    ) -> Kernel {
+        let bindings: Vec<(u32, Resource)> = bindings
+            .iter()
+            .filter(|binding| binding.2)
+            .map(|&(binding, resource, _)| (binding, resource))
+            .collect();
+        let entries: Vec<_> = bindings
+            .iter()
+            .map(|&(binding, resource)| wgpu::BindGroupLayoutEntry {
+                binding,
+                visibility: wgpu::ShaderStages::COMPUTE,
+                ty: binding_type(resource),
+                count: None,
+            })
+            .collect();
+        let label = Some("vrcs build");
+        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label,
+            entries: &entries,
+        });
+        let module = kernel::shader_module(device, source, defs);
+        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label,
+            bind_group_layouts: &[Some(&layout)],
+            immediate_size: 0,
+        });
+        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label,
+            layout: Some(&pipeline_layout),
+            module: &module,
+            entry_point: Some(entry),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            cache: None,
+        });
+        Kernel {
+            layout,
+            pipeline,
+            bindings,
+        }
+    }
+
+    fn bind(
+        &self,
+        device: &wgpu::Device,
+        params: &wgpu::Buffer,
+        buffers: &Buffers,
+        textures: &Textures,
+    ) -> Option<wgpu::BindGroup> {
+        let texture = |view: Option<_>| view.map(wgpu::BindingResource::TextureView);
+        let entries: Option<Vec<_>> = self
+            .bindings
+            .iter()
+            .map(|&(binding, resource)| {
+                let resource = match resource {
+                    Resource::Params => Some(params.as_entire_binding()),
+                    Resource::Triangles => texture(textures.triangles),
+                    Resource::Surfaces => texture(textures.surfaces),
+                    Resource::Depth => texture(textures.depth),
+                    Resource::Normals => texture(textures.normals),
+                    buffer => buffers.get(buffer).map(wgpu::Buffer::as_entire_binding),
+                };
+                Some(wgpu::BindGroupEntry {
+                    binding,
+                    resource: resource?,
+                })
+            })
+            .collect();
+        Some(device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("vrcs build"),
+            layout: &self.layout,
+            entries: &entries?,
+        }))
+    }
+}
+
+fn binding_type(resource: Resource) -> wgpu::BindingType {
+    let buffer = |ty| wgpu::BindingType::Buffer {
+        ty,
+        has_dynamic_offset: false,
+        min_binding_size: None,
+    };
+    let texture = |sample_type| wgpu::BindingType::Texture {
+        sample_type,
+        view_dimension: wgpu::TextureViewDimension::D2,
+        multisampled: false,
+    };
+    match resource {
+        Resource::Params => buffer(wgpu::BufferBindingType::Uniform),
+        Resource::Sri => buffer(wgpu::BufferBindingType::Storage { read_only: true }),
+        Resource::Triangles | Resource::Surfaces => texture(wgpu::TextureSampleType::Uint),
+        Resource::Depth | Resource::Normals => {
+            texture(wgpu::TextureSampleType::Float { filterable: false })
+        }
+        _ => buffer(wgpu::BufferBindingType::Storage { read_only: false }),
     }
 }

@@ -1,36 +1,87 @@
-//! The build stage: from shading rates to coordinate buffers.
+//! The build stage: from shading rates and coverage to coordinate buffers.
 //!
-//! A picture is cut into tiles. In each tile, pixels that share a rate fall into groups; one pixel of a group is its
-//! primary, the others are its duplicates. The tile's primaries are packed into the low end of the tile's entries, so
-//! that whole waves find nothing to do and retire (DOOM: The Dark Ages, "Coordinate Remapping").
+//! A picture is cut into tiles. In each tile, pixels that share a rate and a surface fall into groups; one pixel of a group is
+//! its primary, the others are its duplicates. The tile's primaries are packed into the low end of the tile's entries, so
+//! that whole waves find nothing to do and retire (DOOM: The Dark Ages, "Coordinate Remapping"); and, on request, all
+//! primaries of the picture into one list ("Pixel Commands", bonus slide 8), or into a list for each class of tiles.
 //!
 //! [`cpu`] is the oracle and [`gpu`] the kernel; both make the same words.
 //!
-//! # The buffer
+//! # Groups
+//!
+//! Within each block of a rate, the first pixel that has no group yet leads one, and every pixel without a group that
+//! [shares](crate::coverage) with it joins. *First* is by an order that [rotates](primary::Order) from frame to frame.
+//!
+//! # The tiled buffer
 //!
 //! | words | what |
 //! |---|---|
 //! | one for each tile, row by row | a [header](Header) |
-//! | from [`CoordLayout::entries`] on, [`CoordLayout::entries_per_tile`] for each tile | [entries](Entry), quad by quad |
+//! | from [`CoordLayout::entries`] on, [`CoordLayout::entries_per_tile`] for each tile | [entries](Entry), quad by quad by their primaries; those of sky last |
+//!
+//! # The list
+//!
+//! | words | what |
+//! |---|---|
+//! | 0, 1 | entries of covered pixels, and of sky |
+//! | 2, 3 | workgroups in a row of the dispatch, without sky and with it |
+//! | from [`LIST_HEADER`] on | entries of covered pixels; those of sky from the end of the capacity downwards |
+//!
+//! An entry is [one word](ListEntry::quad) where 2×2 is the largest rate and no side is above 16,384 pixels, else
+//! [two](ListEntry::block).
+//!
+//! # The classified lists
+//!
+//! | words | what |
+//! |---|---|
+//! | 0 to 6 | tiles of covered pixels that are one rate throughout, by [rate](rate_index); rate 0 is identity |
+//! | 7 to 13 | the same of sky |
+//! | 14, 15 | entries of mixed tiles: of covered pixels, and of sky |
+//! | 16, 17 | workgroups in a row of the dispatch, without sky and with it |
+//! | 18 | the [phase](primary::Order::code) |
+//! | from [`CLASSIFIED_HEADER`] on | for each rate, room for all tiles' numbers, those of sky from the end downwards |
+//! | then | the entries of mixed tiles, as in the list |
+//!
+//! # The graded buffer
+//!
+//! One word for each quad, one byte for each of its pixels: in the low half how many pixels share with it, in the high half
+//! the rate of the group's bounds.
 
 pub mod cpu;
 pub mod gpu;
+pub mod primary;
+pub mod statistics;
 
-use vrcs_passes::options::FullTiles;
+use vrcs_passes::options::{FullTiles, Mode};
 
-use crate::rate::Rate;
+use crate::{coverage::Coverage, rate::Rate};
+
+/// Words before a list's entries.
+pub const LIST_HEADER: u32 = 4;
+/// Words before the classified lists.
+pub const CLASSIFIED_HEADER: u32 = 32;
+/// The largest side of a picture whose list has entries of one word.
+pub const QUAD_LIST_SIDE: u32 = 1 << 14;
 
 /// How coordinate buffers are built.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BuildOptions {
     /// Width and height of a tile, in pixels: multiples of 4, at most 256 pixels in all.
     pub tile: [u32; 2],
-    /// How many invocations retire together.
+    /// How many invocations retire together: 4, 8, 16, 32, 64 or 128.
     pub wave: u32,
     /// What becomes of a tile with more than tile area − wave primaries.
     pub full_tiles: FullTiles,
     /// The largest rate. Coarser ones are cut down to it, axis by axis.
     pub largest: Rate,
+    /// What is made, for the modes of the passes that share the view.
+    pub modes: Modes,
+    /// What tells surfaces apart.
+    pub coverage: Coverage,
+    /// Whether effective rates are written, one byte a quad: see [`effective`].
+    pub effective: bool,
+    /// Whether statistics are counted.
+    pub statistics: bool,
 }
 
 impl Default for BuildOptions {
@@ -40,6 +91,10 @@ impl Default for BuildOptions {
             wave: 32,
             full_tiles: FullTiles::Promote,
             largest: Rate::R2X2,
+            modes: Modes::default(),
+            coverage: Coverage::default(),
+            effective: false,
+            statistics: false,
         }
     }
 }
@@ -51,16 +106,99 @@ impl BuildOptions {
     }
 
     /// The most entries that a tile stores: a tile with more saves no wave, and under [`FullTiles::Promote`] stores
-    /// none (the slides' 224).
+    /// none (the slides' 224). Where there is sky, a tile at its edge cannot be promoted, and may store all.
     pub fn entries_per_tile(&self) -> u32 {
         match self.full_tiles {
+            FullTiles::Promote if self.coverage.sky.is_none() => {
+                self.area().saturating_sub(self.wave)
+            }
+            _ => self.area(),
+        }
+    }
+
+    /// More primaries than this make a tile full.
+    pub fn full(&self) -> u32 {
+        match self.full_tiles {
             FullTiles::Promote => self.area().saturating_sub(self.wave),
-            FullTiles::Keep => self.area(),
+            FullTiles::Keep => u32::MAX,
         }
     }
 }
 
-/// Where things are in a coordinate buffer.
+/// The modes that a build serves. By default, those that the rewriter's `auto` chooses from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Modes {
+    /// The tiled buffer.
+    pub tiled: bool,
+    /// The list.
+    pub list: bool,
+    /// The classified lists.
+    pub classified: bool,
+    /// The graded buffer.
+    pub graded: bool,
+}
+
+impl Modes {
+    /// None.
+    pub const NONE: Modes = Modes {
+        tiled: false,
+        list: false,
+        classified: false,
+        graded: false,
+    };
+    /// All.
+    pub const ALL: Modes = Modes {
+        tiled: true,
+        list: true,
+        classified: true,
+        graded: true,
+    };
+
+    /// With a mode.
+    pub fn with(mut self, mode: Mode) -> Modes {
+        match mode {
+            Mode::Tiled => self.tiled = true,
+            Mode::List => self.list = true,
+            Mode::Classified => self.classified = true,
+            Mode::Graded => self.graded = true,
+            // what may be chosen
+            Mode::Auto => (self.tiled, self.list) = (true, true),
+        }
+        self
+    }
+
+    /// Whether a mode is among them.
+    pub fn has(&self, mode: Mode) -> bool {
+        match mode {
+            Mode::Tiled => self.tiled,
+            Mode::List => self.list,
+            Mode::Classified => self.classified,
+            Mode::Graded => self.graded,
+            Mode::Auto => self.tiled && self.list,
+        }
+    }
+}
+
+impl Default for Modes {
+    fn default() -> Modes {
+        Modes {
+            tiled: true,
+            list: true,
+            ..Modes::NONE
+        }
+    }
+}
+
+/// The bits of an effective rate's byte.
+pub mod effective {
+    /// The [code](crate::Rate::code) of the rate in which the quad really shares: after larger rates have had to agree, after
+    /// the largest rate, the rule for nearly full tiles, and the extent.
+    pub const RATE: u8 = 0x0f;
+    /// Coverage has split the quad's block: not all of its pixels share.
+    pub const SPLIT: u8 = 0x80;
+}
+
+/// Where things are in the tiled buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CoordLayout {
     /// Tiles across and down.
@@ -94,27 +232,126 @@ impl CoordLayout {
     }
 }
 
-/// What a tile's first word says: the number of its entries in the low half, flags above.
+/// Where things are in the lists and in the graded buffer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ListLayout {
+    /// Words of an entry: 1 or 2.
+    pub stride: u32,
+    /// The most entries: one for each pixel.
+    pub capacity: u32,
+    /// Tiles.
+    pub tiles: u32,
+    /// Quads in a row of the graded buffer.
+    pub graded_pitch: u32,
+    /// Rows of the graded buffer.
+    pub graded_rows: u32,
+}
+
+impl ListLayout {
+    /// The layout for a logical extent, in pixels.
+    pub fn new(extent: [u32; 2], options: &BuildOptions) -> ListLayout {
+        let is_quad = options.largest.is_within(Rate::R2X2)
+            && extent.iter().all(|side| *side <= QUAD_LIST_SIDE);
+        ListLayout {
+            stride: if is_quad { 1 } else { 2 },
+            capacity: extent[0].saturating_mul(extent[1]),
+            tiles: CoordLayout::new(extent, options).tile_count(),
+            graded_pitch: extent[0].div_ceil(2),
+            graded_rows: extent[1].div_ceil(2),
+        }
+    }
+
+    /// The bytes of the list.
+    pub fn list_bytes(&self) -> u64 {
+        4 * (u64::from(LIST_HEADER) + u64::from(self.capacity) * u64::from(self.stride))
+    }
+
+    /// The word at which the entries of mixed tiles start among the classified lists.
+    pub fn mixed(&self) -> u32 {
+        (CLASSIFIED_HEADER + RATES as u32 * self.tiles).next_multiple_of(32)
+    }
+
+    /// The bytes of the classified lists.
+    pub fn classified_bytes(&self) -> u64 {
+        4 * (u64::from(self.mixed()) + u64::from(self.capacity) * u64::from(self.stride))
+    }
+
+    /// The bytes of the graded buffer.
+    pub fn graded_bytes(&self) -> u64 {
+        4 * u64::from(self.graded_pitch) * u64::from(self.graded_rows.max(1))
+    }
+}
+
+/// The number of rates.
+pub const RATES: usize = 7;
+
+/// A rate's place among all, from fine to coarse as in [`Rate::ALL`].
+pub fn rate_index(rate: Rate) -> usize {
+    Rate::ALL
+        .iter()
+        .position(|other| *other == rate)
+        .unwrap_or(0)
+}
+
+/// What a tile's first word says.
+///
+/// | bits | what |
+/// |---|---|
+/// | 0–8 | entries of covered pixels |
+/// | 9–17 | entries of sky |
+/// | 18 | [identity](Header::IDENTITY) |
+/// | 19 | [uniform](Header::UNIFORM) |
+/// | 20 | [sky](Header::SKY) |
+/// | 21–23 | the [phase](primary::Order::code) in which primaries were chosen |
+/// | 24–27 | the rate of a uniform tile |
+/// | 28–31 | the [user's own](Header::user) |
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Header(pub u32);
 
 impl Header {
-    /// Every pixel of the tile is its own primary; no entries are stored.
-    pub const IDENTITY: u32 = 0x1_0000;
+    /// Every pixel of the tile is its own primary; no entries are stored, and none are counted.
+    pub const IDENTITY: u32 = 1 << 18;
+    /// The whole tile is of one rate: its primaries are computed, no entries are stored, but they are counted.
+    pub const UNIFORM: u32 = 1 << 19;
+    /// The whole tile is sky.
+    pub const SKY: u32 = 1 << 20;
 
-    /// The number of entries.
+    /// The number of entries of covered pixels.
     pub fn count(self) -> u32 {
-        self.0 & 0xffff
+        self.0 & 0x1ff
+    }
+
+    /// The number of entries of sky.
+    pub fn sky_count(self) -> u32 {
+        self.0 >> 9 & 0x1ff
+    }
+
+    /// The number of entries that are stored.
+    pub fn stored(self) -> u32 {
+        match self.is_identity() || self.is_uniform() {
+            true => 0,
+            false => self.count() + self.sky_count(),
+        }
     }
 
     /// Whether every pixel is its own primary.
     pub fn is_identity(self) -> bool {
         self.0 & Header::IDENTITY != 0
     }
+
+    /// Whether the whole tile is of one rate.
+    pub fn is_uniform(self) -> bool {
+        self.0 & Header::UNIFORM != 0
+    }
+
+    /// Whether the whole tile is sky.
+    pub fn is_sky(self) -> bool {
+        self.0 & Header::SKY != 0
+    }
 }
 
 /// A group: its primary's place in the tile, and its members.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Entry(pub u32);
 
 impl Entry {
@@ -137,5 +374,48 @@ impl Entry {
     /// The members, over the aligned 4×4 block.
     pub fn mask(self) -> u32 {
         self.0 >> 16
+    }
+}
+
+/// An entry of a list: a primary's place in the picture, and its group's members over its aligned 4×4 block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ListEntry {
+    /// The primary.
+    pub pixel: [u32; 2],
+    /// The members.
+    pub mask: u32,
+}
+
+impl ListEntry {
+    /// The word of an entry whose group lies in one quad: x in bits 0–13, y in 14–27, the members in 28–31.
+    pub fn quad(self) -> u32 {
+        let [x, y] = self.pixel;
+        let quad = self.mask >> ((x & 2) + (y & 2) * 4);
+        x | y << 14 | (quad & 3) << 28 | (quad >> 4 & 3) << 30
+    }
+
+    /// The words of any entry: x in the low half, y in the high; the members.
+    pub fn block(self) -> [u32; 2] {
+        [self.pixel[0] | self.pixel[1] << 16, self.mask]
+    }
+
+    /// Reads an entry.
+    pub fn read(words: &[u32]) -> ListEntry {
+        match *words {
+            [word] => {
+                let pixel = [word & 0x3fff, word >> 14 & 0x3fff];
+                let quad = word >> 28;
+                let mask = (quad & 3 | (quad & 12) << 2) << ((pixel[0] & 2) + (pixel[1] & 2) * 4);
+                ListEntry { pixel, mask }
+            }
+            [place, mask, ..] => ListEntry {
+                pixel: [place & 0xffff, place >> 16],
+                mask,
+            },
+            [] => ListEntry {
+                pixel: [0; 2],
+                mask: 0,
+            },
+        }
     }
 }

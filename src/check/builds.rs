@@ -3,18 +3,19 @@
 use vrcs_passes::{
     emit,
     instrument::{self, Shape},
-    options::FullTiles,
+    options::{FullTiles, Mode},
 };
 
 use super::{
-    Route,
+    Route, coordinates,
     inputs::Made,
     learn::Set,
     run::{Build, Code, Extra, Outputs, Program, RunError},
     session::{Case, Session, Stop, shape_of, to_words, validated},
 };
 use crate::{
-    build::{BuildOptions, Entry, gpu::Builder},
+    build::{BuildOptions, Modes},
+    coverage::Coverage,
     view::Params,
 };
 use naga::{Module, valid::ModuleInfo};
@@ -26,7 +27,6 @@ pub(super) struct Builds {
     counting_binding: naga::ResourceBinding,
     /// Where the counts of each output start, and how many there are.
     pub(super) counts: Vec<(u32, u32)>,
-    pub(super) builders: Vec<Builder>,
 }
 
 impl Session<'_> {
@@ -139,25 +139,29 @@ impl Session<'_> {
             0,
             &set.immediates,
         )?;
-        let builders = [FullTiles::Promote, FullTiles::Keep]
-            .map(|full_tiles| Builder::new(&self.gpu.device, self.build_options(full_tiles)))
-            .into();
         self.gpu.check().map_err(RunError::from)?;
         Ok(Builds {
             rewritten,
             counting: counting_program,
             counting_binding: counting.binding,
             counts,
-            builders,
         })
     }
 
-    pub(super) fn build_options(&self, full_tiles: FullTiles) -> BuildOptions {
+    /// The mode of the rewritten shader.
+    fn mode(&self) -> Mode {
+        self.rewritten.manifest.entries[0].mode
+    }
+
+    pub(super) fn build_options(&self, full_tiles: FullTiles, coverage: Coverage) -> BuildOptions {
         BuildOptions {
             tile: self.tile,
             wave: self.job.options.wave,
             full_tiles,
             largest: self.job.largest(),
+            modes: Modes::NONE.with(self.mode()),
+            coverage,
+            ..BuildOptions::default()
         }
     }
 
@@ -172,16 +176,27 @@ impl Session<'_> {
         let extent = [case.extent[0], case.extent[1], set.original.log.grid()[2]];
         let params = Params {
             groups: set.groups,
-            ..Params::new(extent, case.enabled, [1; 3], &case.coordinates.layout)
+            ..Params::new(
+                extent,
+                case.enabled,
+                [1; 3],
+                self.mode(),
+                case.coordinates.extent,
+                &case.coordinates.options,
+            )
         };
         let params = self.gpu.buffer(
             "params",
             bytemuck::bytes_of(&params),
             wgpu::BufferUsages::UNIFORM,
         );
+        let mut rng = fastrand::Rng::with_seed(u64::from(case.number));
+        let options = &self.job.options;
+        let (words, [across, down]) =
+            coordinates::words(&case.coordinates, self.mode(), options.sky, &mut rng);
         let coords = self.gpu.buffer(
             "coordinates",
-            bytemuck::cast_slice(&with_leftovers(case)),
+            bytemuck::cast_slice(&words),
             wgpu::BufferUsages::STORAGE,
         );
         let at = |index: usize| naga::ResourceBinding {
@@ -189,7 +204,10 @@ impl Session<'_> {
             binding: manifest.bindings[index].binding,
         };
         let mut extras = vec![(at(0), &params), (at(1), &coords)];
-        let groups = manifest.groups_for(extent, self.group_size);
+        let groups = match manifest.dispatch.indirect && case.enabled {
+            true => [across, down, extent[2]],
+            false => manifest.groups_for(extent, self.group_size),
+        };
         let (outputs, _) = self.run_build(
             &builds.rewritten,
             &set.made,
@@ -214,23 +232,4 @@ impl Session<'_> {
         )?;
         Ok((outputs, to_words(&read[0])))
     }
-}
-
-/// The words of a case's coordinate buffer, where those that no tile uses hold entries of some earlier frame: nothing may
-/// read them.
-fn with_leftovers(case: &Case) -> Vec<u32> {
-    let mut rng = fastrand::Rng::with_seed(u64::from(case.number));
-    let mut words = case.coordinates.words.clone();
-    let layout = &case.coordinates.layout;
-    let [width, height] = case.coordinates.options.tile;
-    for tile in 0..layout.tile_count() {
-        let start = layout.entries + tile * layout.entries_per_tile;
-        let used = case.coordinates.header(tile).count();
-        let room = layout.entries_per_tile;
-        for word in &mut words[(start + used) as usize..(start + room) as usize] {
-            let (x, y) = (rng.u32(0..width), rng.u32(0..height));
-            *word = Entry::new(x, y, rng.u32(0..0x1_0000) | 1 << ((y & 3) * 4 + (x & 3))).0;
-        }
-    }
-    words
 }

@@ -24,17 +24,19 @@ pub struct Group {
 }
 
 /// The groups of a coordinate buffer, those of a single pixel included, confined to an extent: a group whose primary lies
-/// outside is re-homed to its first member inside.
-pub fn groups(coordinates: &Coordinates, extent: [u32; 2]) -> Vec<Group> {
+/// outside is re-homed to its first member inside. Sky is left out if the shader skips it.
+pub fn groups(coordinates: &Coordinates, extent: [u32; 2], skips_sky: bool) -> Vec<Group> {
     let width = coordinates.extent[0];
     let map = coordinates.map();
+    let sky = coordinates.sky();
     let mut of_primary: HashMap<u32, Vec<[u32; 2]>> = HashMap::new();
     for y in 0..extent[1] {
         for x in 0..extent[0] {
-            of_primary
-                .entry(map[(y * width + x) as usize])
-                .or_default()
-                .push([x, y]);
+            let at = (y * width + x) as usize;
+            if skips_sky && sky[at] {
+                continue;
+            }
+            of_primary.entry(map[at]).or_default().push([x, y]);
         }
     }
     let mut groups: Vec<Group> = of_primary

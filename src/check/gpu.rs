@@ -4,6 +4,8 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
+use crate::build::{BuildOptions, gpu::Builder};
+
 /// A device and its queue.
 #[derive(Debug)]
 pub struct Gpu {
@@ -14,6 +16,8 @@ pub struct Gpu {
     /// The queue.
     pub queue: wgpu::Queue,
     errors: Arc<Mutex<Vec<String>>>,
+    /// Builders that were made before.
+    builders: Mutex<Vec<Arc<Builder>>>,
 }
 
 /// Why there is no device.
@@ -133,6 +137,7 @@ impl Gpu {
             device,
             queue,
             errors,
+            builders: Mutex::default(),
         })
     }
 
@@ -231,6 +236,17 @@ impl Gpu {
             .poll(wgpu::PollType::wait_indefinitely())
             .map(|_| ())
             .map_err(|error| GpuError::Lost(error.to_string()))
+    }
+
+    /// A builder with these options, made at the first call.
+    pub fn builder(&self, options: BuildOptions) -> Arc<Builder> {
+        let mut known = self.builders.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(builder) = known.iter().find(|known| *known.options() == options) {
+            return Arc::clone(builder);
+        }
+        let builder = Arc::new(Builder::new(&self.device, options));
+        known.push(Arc::clone(&builder));
+        builder
     }
 
     /// An encoder.

@@ -20,6 +20,7 @@
 
 mod builds;
 pub mod compare;
+pub mod coordinates;
 mod exact;
 pub mod gpu;
 pub mod inputs;

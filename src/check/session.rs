@@ -10,13 +10,14 @@ use naga::{
 use vrcs_passes::{
     Refusal, Rewritten, Source,
     instrument::Shape,
-    options::{FullTiles, Linear},
+    options::{FullTiles, Linear, Sky},
 };
 
 use super::{
     Failure, Job, Law, Report, Verdict,
     builds::Builds,
     compare::{Expected, Group, groups},
+    coordinates::{self, build_on},
     gpu::Gpu,
     inputs::{InputError, Made, MadeKind},
     learn::Set,
@@ -25,7 +26,11 @@ use super::{
     verdict::Seen,
 };
 use crate::{
-    build::cpu::{self, Coordinates},
+    build::{
+        cpu::{self, Coordinates},
+        primary::Order,
+    },
+    coverage::{self, Coverage, cpu::Samples},
     sri::Sri,
 };
 
@@ -201,6 +206,7 @@ pub(super) struct Case {
     pub(super) enabled: bool,
     pub(super) extent: [u32; 2],
     pub(super) sri: Sri,
+    samples: Option<Samples>,
     pub(super) coordinates: Coordinates,
     pub(super) groups: Vec<Group>,
 }
@@ -276,9 +282,21 @@ impl Session<'_> {
             _ => Pattern::of_case(number + uniform, self.job.largest()),
         };
         let is_part = is_cut || in_set > uniform && rng.u8(0..3) == 0;
+        let is_mixed = in_set > uniform && !is_cut;
+        let order = match is_mixed && rng.bool() {
+            true => Order::Rotating(rng.u32(0..4)),
+            false => Order::Fixed,
+        };
+        let is_covered = is_mixed && rng.u8(0..3) == 0;
+        // the first pixel of a block lies in the picture if any other does; another primary may lie beyond it, where a shader
+        // without a guard reads nothing
+        let whole = match order == Order::Fixed && !is_covered {
+            true => [grid[0], grid[1]],
+            false => [0, 1].map(|axis| grid[axis].min(self.job.size[axis])),
+        };
         let extent = match is_part {
-            true => [rng.u32(1..=grid[0]), rng.u32(1..=grid[1])],
-            false => [grid[0], grid[1]],
+            true => whole.map(|side| rng.u32(1..=side)),
+            false => whole,
         };
         let full_tiles = match in_set <= uniform || is_cut || rng.bool() {
             true => self.job.options.full_tiles,
@@ -290,14 +308,25 @@ impl Session<'_> {
             false => extent,
         };
         let sri = pattern.image(built_for[0], built_for[1], &mut rng);
-        let coordinates = cpu::build(&sri, built_for, &self.build_options(full_tiles));
+        let (coverage, samples) = match is_covered {
+            true => surfaces(built_for, &mut rng),
+            false => (Coverage::default(), None),
+        };
+        let frame = cpu::Frame {
+            order,
+            samples: samples.as_ref(),
+        };
+        let options = self.build_options(full_tiles, coverage);
+        let coordinates = cpu::build_frame(&sri, built_for, &options, &frame);
+        let skips_sky = self.job.options.sky == Sky::Skip;
         Case {
             number,
             pattern,
             enabled: in_set != uniform,
             extent,
-            groups: groups(&coordinates, extent),
+            groups: groups(&coordinates, extent, skips_sky),
             coordinates,
+            samples,
             sri,
         }
     }
@@ -322,7 +351,7 @@ impl Session<'_> {
                 })
                 .collect();
         }
-        self.check_builder(builds, &case)?;
+        self.check_builder(&case)?;
         let expected = set.original.expected(&case.groups);
         let (outputs, counts) = self.run_case(builds, set, &case)?;
 
@@ -354,47 +383,31 @@ impl Session<'_> {
         Ok(set.original.strictness(&expected))
     }
 
-    fn check_builder(&mut self, builds: &Builds, case: &Case) -> Result<(), Stop> {
-        let Some(builder) = builds
-            .builders
-            .iter()
-            .find(|builder| builder.options().full_tiles == case.coordinates.options.full_tiles)
-        else {
-            return Ok(());
-        };
-        let words = vec![0; case.coordinates.words.len() * 4];
-        let coords = self
-            .gpu
-            .buffer("coordinates", &words, wgpu::BufferUsages::STORAGE);
-        let image = self
-            .gpu
-            .buffer("rates", case.sri.bytes(), wgpu::BufferUsages::STORAGE);
-        let bound = builder.bind(&self.gpu.device, &image, &coords);
-        builder.set_extent(&self.gpu.queue, &bound, case.coordinates.extent);
-        let mut encoder = self.gpu.encoder();
-        {
-            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            builder.record(&mut pass, &bound, case.coordinates.extent);
-        }
-        let read = self
-            .gpu
-            .submit_and_read(encoder, &[&coords])
-            .map_err(RunError::from)?;
-        let got = to_words(&read[0]);
-        let wanted = &case.coordinates.words;
-        if let Some(at) = wanted.iter().zip(&got).position(|(a, b)| a != b) {
+    fn check_builder(&mut self, case: &Case) -> Result<(), Stop> {
+        let twin = &case.coordinates;
+        let builder = self.gpu.builder(twin.options);
+        let built = build_on(
+            self.gpu,
+            &builder,
+            &case.sri,
+            case.samples.as_ref(),
+            twin,
+            1,
+        )
+        .map_err(RunError::from)?;
+        if let Err(difference) = coordinates::compare(twin, &built) {
             return Err(Stop::Failed(Box::new(Failure {
                 law: Law::Builder,
                 case: case.number,
                 pattern: format!("{:?}", case.pattern),
                 extent: case.extent,
                 target: "coordinate buffer".to_owned(),
-                place: format!("word {at}"),
+                place: difference.place,
                 pixel: None,
                 tile: None,
                 primary: None,
-                expected: format!("{:#010x}", wanted[at]),
-                got: format!("{:#010x}", got[at]),
+                expected: difference.expected,
+                got: difference.got,
                 picture: Vec::new(),
             })));
         }
@@ -434,6 +447,27 @@ impl Session<'_> {
         self.hold(Law::Locality);
         Ok(())
     }
+}
+
+/// Random surfaces, a third of them sky: patches, so that tiles throughout of one kind occur, and lone pixels.
+fn surfaces([width, height]: [u32; 2], rng: &mut Rng) -> (Coverage, Option<Samples>) {
+    let coverage = Coverage {
+        surfaces: true,
+        sky: Some(coverage::Sky::Surface(0)),
+        ..Coverage::default()
+    };
+    let size = [1, 2, 5, 40][rng.usize(..4)];
+    let key = rng.u64(..);
+    let surface = |at: u32| {
+        let patch = u64::from(at % width / size) << 32 | u64::from(at / width / size);
+        Rng::with_seed(key ^ patch.wrapping_mul(0x9e37_79b9_7f4a_7c15)).u32(0..3)
+    };
+    let samples = Samples {
+        size: [width, height],
+        surfaces: (0..width * height).map(surface).collect(),
+        ..Samples::default()
+    };
+    (coverage, Some(samples))
 }
 
 pub(super) fn shape_of(made: &[Made], global: Handle<naga::GlobalVariable>) -> Option<Shape> {

@@ -9,7 +9,7 @@ use vrcs_passes::{
     input,
     manifest::Manifest,
     near,
-    options::{Atomics, FullTiles, Linear, MaxRate, Mode, Policy},
+    options::{Atomics, FullTiles, Linear, MaxRate, Mode, Policy, Sky},
     told::Told,
 };
 
@@ -78,6 +78,9 @@ pub(super) struct How {
     /// What becomes of tiles that are nearly full.
     #[arg(long, value_enum, default_value_t = FullTilesName::Promote, value_name = "RULE")]
     full_tiles: FullTilesName,
+    /// What becomes of what the scene calls sky.
+    #[arg(long, value_enum, default_value_t = SkyName::Skip, value_name = "RULE")]
+    sky: SkyName,
     /// Invocations that retire together.
     #[arg(long, default_value_t = 32, value_name = "N")]
     wave: u32,
@@ -126,6 +129,22 @@ enum AtomicsName {
 enum ModeName {
     /// One workgroup for each tile of the picture.
     Tiled,
+    /// One list of the picture's primaries, dispatched indirectly.
+    List,
+    /// A list for each class of tiles, in one indirect dispatch.
+    Classified,
+    /// Every pixel is shaded; the shader asks `vrcs_copies()` how many share the work.
+    Graded,
+    /// Tiled or list, as suits the shader; the manifest tells why.
+    Auto,
+}
+
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum SkyName {
+    /// It is not shaded.
+    Skip,
+    /// It is shaded.
+    Shade,
 }
 
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
@@ -163,6 +182,14 @@ impl How {
         Ok(Options {
             mode: match self.mode {
                 ModeName::Tiled => Mode::Tiled,
+                ModeName::List => Mode::List,
+                ModeName::Classified => Mode::Classified,
+                ModeName::Graded => Mode::Graded,
+                ModeName::Auto => Mode::Auto,
+            },
+            sky: match self.sky {
+                SkyName::Skip => Sky::Skip,
+                SkyName::Shade => Sky::Shade,
             },
             full_tiles: match self.full_tiles {
                 FullTilesName::Promote => FullTiles::Promote,

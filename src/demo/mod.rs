@@ -13,7 +13,8 @@ use crate::{
     analyse::{content, luma::Luma},
     build::{
         BuildOptions,
-        cpu::{self, Coordinates, Statistics},
+        cpu::{self, Coordinates},
+        statistics::Statistics,
     },
     check::{
         self, Job, Report,

@@ -6,19 +6,19 @@ pub mod reflect;
 use std::{collections::HashMap, sync::Arc};
 
 use naga::{ShaderStage, back::pipeline_constants::process_overrides, valid::ModuleInfo};
-use vrcs_passes::{Color, Finding, Options, Refusal, Source, manifest};
+use vrcs_passes::{Color, Finding, Options, Refusal, Source, manifest, options::Mode};
 
-use crate::view::View;
+use crate::{rate::Rate, view::View};
 use reflect::Unbindable;
 
 /// How a [`Pass`] is made.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct PassOptions<'p> {
     /// A name for captures and messages.
     pub label: Option<&'p str>,
     /// The entry point; the only compute entry point if there is just one.
     pub entry: Option<&'p str>,
-    /// How the shader is rewritten.
+    /// How the shader is rewritten. By default its mode is [chosen](Mode::Auto) for it: see [`Pass::mode`].
     pub rewrite: Options,
     /// The layouts of the shader's own bind groups. If there are none, they are read off the shader; see
     /// [`Pass::bind_group_layout`].
@@ -27,6 +27,22 @@ pub struct PassOptions<'p> {
     pub constants: &'p [(&'p str, f64)],
     /// The bytes of immediates that the shader uses.
     pub immediate_size: u32,
+}
+
+impl Default for PassOptions<'_> {
+    fn default() -> Self {
+        PassOptions {
+            label: None,
+            entry: None,
+            rewrite: Options {
+                mode: Mode::Auto,
+                ..Options::default()
+            },
+            layouts: &[],
+            constants: &[],
+            immediate_size: 0,
+        }
+    }
 }
 
 /// Why a [`Pass`] could not be made.
@@ -85,6 +101,34 @@ pub struct Pass {
     module: Arc<naga::Module>,
 }
 
+/// Why a pass cannot be dispatched over a view.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Mismatch {
+    /// The view's build does not serve the pass's mode.
+    #[error("the pass is {pass:?}, and the view's build options do not ask for that mode")]
+    Mode {
+        /// The pass's mode.
+        pass: Mode,
+    },
+    /// The tiles differ.
+    #[error("the pass was made for tiles of {pass:?} pixels, the view has tiles of {view:?}")]
+    Tile {
+        /// The pass's tile.
+        pass: [u32; 2],
+        /// The view's tile.
+        view: [u32; 2],
+    },
+    /// The view has larger rates than the pass copies.
+    #[error("the view's rates go up to {view}, the pass copies up to {pass}")]
+    Rate {
+        /// The pass's largest rate.
+        pass: Rate,
+        /// The view's largest rate.
+        view: Rate,
+    },
+}
+
 impl Pass {
     /// Rewrites a WGSL shader and makes its pipeline.
     ///
@@ -116,16 +160,16 @@ impl Pass {
             rendered: refusal.render(source, Color::Never),
             refusal,
         };
+        let entry = match options.entry {
+            Some(name) => vrcs_passes::Entries::Named(name),
+            None => vrcs_passes::Entries::PerPixel,
+        };
         let rewrite_options = Options {
             max_bind_groups: options
                 .rewrite
                 .max_bind_groups
                 .min(device.limits().max_bind_groups),
             ..options.rewrite.clone()
-        };
-        let entry = match options.entry {
-            Some(name) => vrcs_passes::Entries::Named(name),
-            None => vrcs_passes::Entries::PerPixel,
         };
         let rewritten =
             vrcs_passes::rewrite(module, info, entry, &rewrite_options).map_err(refused)?;
@@ -198,16 +242,65 @@ impl Pass {
         }
     }
 
+    /// How primaries find their pixels, and why if it was chosen for the shader.
+    pub fn mode(&self) -> (Mode, Option<&str>) {
+        (self.manifest.mode, self.manifest.mode_reason.as_deref())
+    }
+
+    /// Whether the pass can be dispatched over a view.
+    ///
+    /// # Errors
+    /// What does not fit.
+    pub fn check(&self, view: &View) -> Result<(), Mismatch> {
+        let built = view.options();
+        let mode = self.manifest.mode;
+        if !built.modes.has(mode) {
+            return Err(Mismatch::Mode { pass: mode });
+        }
+        let tile = self.manifest.tile_for(self.original_group_size);
+        if mode != Mode::Graded && built.tile != tile {
+            return Err(Mismatch::Tile {
+                pass: tile,
+                view: built.tile,
+            });
+        }
+        let largest: Rate = self.manifest.max_rate.into();
+        if mode != Mode::Graded && !built.largest.is_within(largest) {
+            return Err(Mismatch::Rate {
+                pass: largest,
+                view: built.largest,
+            });
+        }
+        Ok(())
+    }
+
     /// Records a dispatch over a view's extent. Sets the pipeline and this crate's own bind group; the caller has set
     /// theirs, with dynamic offsets and immediates as they need.
+    ///
+    /// # Panics
+    /// If the pass does not [fit](Pass::check) the view.
     pub fn dispatch(&self, pass: &mut wgpu::ComputePass, view: &View) {
-        let group = view.bind_group(self.original_group_size);
-        let [x, y, z] = self
-            .manifest
-            .groups_for(view.extent(), self.original_group_size);
+        let mode = self.manifest.mode;
+        let group = match self.check(view) {
+            Ok(()) => view.bind_group(self.original_group_size, mode),
+            Err(mismatch) => panic!("{mismatch}"),
+        };
+        let Some(group) = group else {
+            unreachable!("the build serves the mode");
+        };
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(self.group, &group, &[]);
-        pass.dispatch_workgroups(x, y, z);
+        match view.arguments(mode, self.manifest.sky) {
+            Some((arguments, at)) if view.is_enabled() => {
+                pass.dispatch_workgroups_indirect(arguments, at);
+            }
+            _ => {
+                let [x, y, z] = self
+                    .manifest
+                    .groups_for(view.extent(), self.original_group_size);
+                pass.dispatch_workgroups(x, y, z);
+            }
+        }
     }
 }
 

@@ -11,12 +11,16 @@ struct VrcsParams {
     flags: u32,
     // What `num_workgroups` would be in the original dispatch.
     groups: vec3<u32>,
-    // Tiles in a row of the coordinate buffer.
+    // Tiles in a row of the picture; quads in a row of the graded buffer.
     tiles_per_row: u32,
-    // Where in the coordinate buffer the entries start, in words.
+    // Where in the buffer the entries start, in words.
     entries: u32,
-    // Room for entries in each tile.
+    // Room for entries in each tile; for tiles in each class.
     entries_per_tile: u32,
+    // Room for entries in a list.
+    capacity: u32,
+    // Words of an entry of a list: 1 or 2.
+    stride: u32,
 }
 
 @group(0) @binding(0) var<uniform> vrcs_params: VrcsParams;

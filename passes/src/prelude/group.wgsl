@@ -12,33 +12,14 @@ fn vrcs_tile_is_empty(tile: vec3<u32>) -> bool {
     if (vrcs_params.flags & VRCS_ENABLED) == 0u {
         return false;
     }
-    let header = vrcs_coords[tile.y * vrcs_params.tiles_per_row + tile.x];
-    return (header & (VRCS_TILE_IDENTITY | 0xffffu)) == 0u;
+    let header = vrcs_header(tile);
+    return !vrcs_is_identity(header) && vrcs_primaries(header) == 0u;
 }
 
 // Finds the primary of invocation `lane` of the workgroup that has the tile; `pixel` is its own place in the grid.
-fn vrcs_group_prefix(tile: vec3<u32>, pixel: vec3<u32>, lane: u32, size: vec2<u32>) -> bool {
-    vrcs_pixel = pixel;
-    vrcs_copies = 0u;
-    if (vrcs_params.flags & VRCS_ENABLED) == 0u {
-        return vrcs_is_inside(pixel);
-    }
-    let slot = tile.y * vrcs_params.tiles_per_row + tile.x;
-    let header = vrcs_coords[slot];
-    if (header & VRCS_TILE_IDENTITY) != 0u {
-        return vrcs_is_inside(pixel);
-    }
-    if lane >= (header & 0xffffu) {
-        return false;
-    }
-    let entry = vrcs_coords[vrcs_params.entries + slot * vrcs_params.entries_per_tile + lane];
-    let position = vec2<u32>(entry & 0xffu, (entry >> 8u) & 0xffu);
-    return vrcs_take(vec3<u32>(tile.xy * size + position, tile.z), entry >> 16u);
-}
-
 fn vrcs_group_begin(tile: vec3<u32>, pixel: vec3<u32>, lane: u32, size: vec2<u32>) {
     vrcs_lane = lane;
-    vrcs_on = vrcs_group_prefix(tile, pixel, lane, size);
+    vrcs_on = vrcs_tile_prefix(tile, pixel, lane, size);
     let place = vrcs_pixel.xy - tile.xy * size;
     vrcs_slot = place.y * size.x + place.x;
 }

@@ -9,20 +9,25 @@ use std::sync::{Arc, Mutex, PoisonError};
 use naga::Module;
 use rustc_hash::FxHashMap;
 
-use crate::options::{Mode, Options};
+use crate::options::{Mode, Options, Sky};
 
 const COMMON: &str = include_str!("common.wgsl");
 const TILED: &str = include_str!("tiled.wgsl");
 const GROUP: &str = include_str!("group.wgsl");
+const LIST: &str = include_str!("list.wgsl");
+const CLASSIFIED: &str = include_str!("classified.wgsl");
+const ENTRIES: &str = include_str!("entries.wgsl");
+const UNIFORM: &str = include_str!("uniform.wgsl");
+const GRADED: &str = include_str!("graded.wgsl");
 
 /// What the text of the prelude depends on.
-type Key = (Mode, [u32; 2]);
+type Key = (Mode, [u32; 2], Sky);
 
 static PARSED: Mutex<Option<FxHashMap<Key, Arc<Module>>>> = Mutex::new(None);
 
 /// The prelude for these options.
 pub fn prelude(options: &Options) -> Arc<Module> {
-    let key = (options.mode, options.tile);
+    let key = (options.mode, options.tile, options.sky);
     let mut parsed = PARSED.lock().unwrap_or_else(PoisonError::into_inner);
     parsed
         .get_or_insert_default()
@@ -33,10 +38,18 @@ pub fn prelude(options: &Options) -> Arc<Module> {
 
 fn text(options: &Options) -> String {
     let [width, height] = options.tile;
-    let Mode::Tiled = options.mode;
+    let shades_sky = options.sky == Sky::Shade;
+    let parts: &[&str] = match options.mode {
+        Mode::Tiled => &[COMMON, UNIFORM, TILED, GROUP],
+        Mode::List => &[COMMON, ENTRIES, LIST],
+        Mode::Classified => &[COMMON, UNIFORM, ENTRIES, CLASSIFIED],
+        Mode::Graded => &[COMMON, GRADED],
+        Mode::Auto => unreachable!("the mode is chosen before anything is made"),
+    };
     format!(
-        "const VRCS_TILE_WIDTH: u32 = {width}u;\nconst VRCS_TILE_HEIGHT: u32 = {height}u;\nconst VRCS_GROUP_ROOM: u32 = {}u;\n{COMMON}{TILED}{GROUP}",
-        width * height
+        "const VRCS_TILE_WIDTH: u32 = {width}u;\nconst VRCS_TILE_HEIGHT: u32 = {height}u;\nconst VRCS_GROUP_ROOM: u32 = {}u;\nconst VRCS_SHADES_SKY: bool = {shades_sky};\n{}",
+        width * height,
+        parts.concat()
     )
 }
 

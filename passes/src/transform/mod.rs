@@ -80,8 +80,7 @@ pub fn apply(
     );
     let rewritten = &mut module.entry_points[entry];
     rewritten.function = function;
-    let [width, height] = options.tile;
-    rewritten.workgroup_size = [width, height, 1];
+    rewritten.workgroup_size = crate::manifest::workgroup_size(options);
     rewritten.workgroup_size_overrides = None;
     Ok(Applied {
         clones,

@@ -15,11 +15,16 @@ struct VrcsParams {
     tiles_per_row: u32,
     entries: u32,
     entries_per_tile: u32,
+    capacity: u32,
+    stride: u32,
 }
 
 const VRCS_TILE_WIDTH: u32 = 16u;
 const VRCS_ENABLED: u32 = 1u;
-const VRCS_TILE_IDENTITY: u32 = 65536u;
+const VRCS_TILE_SKY: u32 = 1048576u;
+const VRCS_TILE_IDENTITY: u32 = 262144u;
+const VRCS_SHADES_SKY: bool = false;
+const VRCS_TILE_UNIFORM: u32 = 524288u;
 
 @group(0) @binding(0)
 var picture: texture_storage_2d<rgba8unorm,write>;
@@ -33,6 +38,17 @@ var<storage> vrcs_coords: array<u32>;
 fn vrcs_is_inside(pixel: vec3<u32>) -> bool {
     let _e3 = vrcs_params.extent;
     return all((pixel < _e3));
+}
+
+fn vrcs_flip(rate: vec2<u32>, corner: vec2<u32>, phase: u32) -> u32 {
+    if (phase == 0u) {
+        return 0u;
+    }
+    let odd = ((phase - 1u) & 1u);
+    if ((rate.x + rate.y) == 1u) {
+        return (select(((corner.x + odd) & 1u), ((corner.y + odd) & 1u), (rate.x == 1u)) << (rate.y * 2u));
+    }
+    return (odd * (((1u << rate.x) - 1u) | (((1u << rate.y) - 1u) << 2u)));
 }
 
 fn vrcs_members_in_extent(block: vec2<u32>, mask: u32) -> u32 {
@@ -107,9 +123,24 @@ fn vrcs_take(pixel_1: vec3<u32>, mask_3: u32) -> bool {
     return true;
 }
 
+fn vrcs_take_block(origin: vec2<u32>, z_1: u32, number: u32, code: u32, phase_1: u32) -> bool {
+    let rate_1 = vec2<u32>((code >> 2u), (code & 3u));
+    let across = (VRCS_TILE_WIDTH >> rate_1.x);
+    let corner_1 = (origin + (vec2<u32>((number % across), (number / across)) << rate_1));
+    let size = (vec2(1u) << rate_1);
+    let row = (((1u << size.x) - 1u) << (corner_1.x & 3u));
+    let rows_1 = ((4369u & ((1u << (size.y * 4u)) - 1u)) << ((corner_1.y & 3u) * 4u));
+    let _e45 = vrcs_flip(rate_1, corner_1, phase_1);
+    let _e54 = vrcs_take(vec3<u32>((corner_1 ^ vec2<u32>((_e45 & 3u), (_e45 >> 2u))), z_1), (row * rows_1));
+    return _e54;
+}
+
 fn vrcs_prefix(tile: vec3<u32>, lane: u32) -> bool {
-    let origin = (tile.xy * vec2<u32>(16u, 16u));
-    vrcs_pixel = vec3<u32>((origin + vec2<u32>((lane % VRCS_TILE_WIDTH), (lane / VRCS_TILE_WIDTH))), tile.z);
+    var local_1: bool;
+    var count: u32;
+
+    let origin_1 = (tile.xy * vec2<u32>(16u, 16u));
+    vrcs_pixel = vec3<u32>((origin_1 + vec2<u32>((lane % VRCS_TILE_WIDTH), (lane / VRCS_TILE_WIDTH))), tile.z);
     vrcs_copies = 0u;
     let _e20 = vrcs_params.flags;
     if ((_e20 & VRCS_ENABLED) == 0u) {
@@ -120,20 +151,39 @@ fn vrcs_prefix(tile: vec3<u32>, lane: u32) -> bool {
     let _e31 = vrcs_params.tiles_per_row;
     let slot = ((tile.y * _e31) + tile.x);
     let header = vrcs_coords[slot];
-    if ((header & VRCS_TILE_IDENTITY) != 0u) {
-        let _e43 = vrcs_pixel;
-        let _e44 = vrcs_is_inside(_e43);
-        return _e44;
+    if true {
+        local_1 = ((header & VRCS_TILE_SKY) != 0u);
+    } else {
+        local_1 = false;
     }
-    if (lane >= (header & 65535u)) {
+    let _e46 = local_1;
+    if _e46 {
         return false;
     }
-    let _e52 = vrcs_params.entries;
-    let _e55 = vrcs_params.entries_per_tile;
-    let entry = vrcs_coords[((_e52 + (slot * _e55)) + lane)];
+    if ((header & VRCS_TILE_IDENTITY) != 0u) {
+        let _e53 = vrcs_pixel;
+        let _e54 = vrcs_is_inside(_e53);
+        return _e54;
+    }
+    count = (header & 511u);
+    if VRCS_SHADES_SKY {
+        let _e59 = count;
+        count = (_e59 + ((header >> 9u) & 511u));
+    }
+    let _e65 = count;
+    if (lane >= _e65) {
+        return false;
+    }
+    if ((header & VRCS_TILE_UNIFORM) != 0u) {
+        let _e81 = vrcs_take_block(origin_1, tile.z, lane, ((header >> 24u) & 15u), ((header >> 21u) & 7u));
+        return _e81;
+    }
+    let _e85 = vrcs_params.entries;
+    let _e88 = vrcs_params.entries_per_tile;
+    let entry = vrcs_coords[((_e85 + (slot * _e88)) + lane)];
     let position = vec2<u32>((entry & 255u), ((entry >> 8u) & 255u));
-    let _e73 = vrcs_take(vec3<u32>((origin + position), tile.z), (entry >> 16u));
-    return _e73;
+    let _e106 = vrcs_take(vec3<u32>((origin_1 + position), tile.z), (entry >> 16u));
+    return _e106;
 }
 
 fn vrcs_duplicate(k: u32) -> vec3<u32> {

@@ -1,0 +1,28 @@
+// Entries of a list: where in the picture a primary lies, and the members of its group.
+//
+// One word where no group is larger than a quad: x | y << 14 | members of the quad << 28; else two: x | y << 16, and the members
+// over the aligned 4x4 block.
+
+// Takes over the entry at a word.
+fn vrcs_take_entry(word: u32, z: u32) -> bool {
+    let first = vrcs_coords[word];
+    if vrcs_params.stride == 1u {
+        let pixel = vec2<u32>(first & 0x3fffu, (first >> 14u) & 0x3fffu);
+        let quad = ((first >> 28u) & 3u) | ((first >> 30u) << 4u);
+        return vrcs_take(vec3<u32>(pixel, z), quad << ((pixel.x & 2u) + (pixel.y & 2u) * 4u));
+    }
+    return vrcs_take(vec3<u32>(first & 0xffffu, first >> 16u, z), vrcs_coords[word + 1u]);
+}
+
+// The place of entry `number`, where those of sky lie at the end, the last one first.
+fn vrcs_place(number: u32, covered: u32, capacity: u32) -> u32 {
+    return select(capacity - 1u - (number - covered), number, number < covered);
+}
+
+// With shading rates off: every pixel of a tile.
+fn vrcs_take_own(group: vec3<u32>, lane: u32) -> bool {
+    let origin = group.xy * vec2<u32>(VRCS_TILE_WIDTH, VRCS_TILE_HEIGHT);
+    vrcs_pixel = vec3<u32>(origin + vec2<u32>(lane % VRCS_TILE_WIDTH, lane / VRCS_TILE_WIDTH), group.z);
+    vrcs_copies = 0u;
+    return vrcs_is_inside(vrcs_pixel);
+}

@@ -1,0 +1,86 @@
+// What is known only when every tile is built: the lists' lengths, the arguments of indirect dispatches, the statistics. One
+// invocation. It leaves the counters at zero for the next frame.
+//
+// wgpu puts zeros in place of an indirect dispatch with more than 65,535 workgroups on an axis: nothing would be shaded, and
+// nobody told. So the arguments have two dimensions, and the shader makes one number of them.
+
+struct Params {
+    tile_area: u32,
+    layers: u32,
+    phase: u32,
+}
+
+@group(0) @binding(0) var<uniform> params: Params;
+@group(0) @binding(1) var<storage, read_write> counters: array<u32>;
+#ifdef LIST
+@group(0) @binding(2) var<storage, read_write> list: array<u32>;
+#endif
+#ifdef CLASSIFIED
+@group(0) @binding(3) var<storage, read_write> classified: array<u32>;
+#endif
+#ifdef ARGUMENTS
+@group(0) @binding(4) var<storage, read_write> arguments: array<u32>;
+#endif
+#ifdef STATISTICS
+@group(0) @binding(5) var<storage, read_write> statistics: array<u32>;
+#endif
+
+const MOST_GROUPS: u32 = 65535u;
+const C_LIST: u32 = 0u;
+const C_TILES: u32 = 2u;
+const C_MIXED: u32 = 16u;
+const C_STATISTICS: u32 = 18u;
+
+// Pixels that one primary stands for at each rate: 1x1, 1x2, 2x1, 2x2, 2x4, 4x2, 4x4.
+fn pixels_of(rate: u32) -> u32 {
+    return select((0x0884221u >> (rate * 4u)) & 15u, 16u, rate == 6u);
+}
+
+#ifdef ARGUMENTS
+// Writes the arguments for so many workgroups; how many stand in a row.
+fn argue(at: u32, groups: u32) -> u32 {
+    let rows = (groups + MOST_GROUPS - 1u) / MOST_GROUPS;
+    let row = (groups + max(rows, 1u) - 1u) / max(rows, 1u);
+    arguments[at] = row;
+    arguments[at + 1u] = rows;
+    arguments[at + 2u] = params.layers;
+    return row;
+}
+#endif
+
+@compute @workgroup_size(1)
+fn finish() {
+#ifdef LIST
+    let covered = counters[C_LIST];
+    let sky = counters[C_LIST + 1u];
+    list[0] = covered;
+    list[1] = sky;
+    list[2] = argue(0u, (covered + params.tile_area - 1u) / params.tile_area);
+    list[3] = argue(3u, (covered + sky + params.tile_area - 1u) / params.tile_area);
+#endif
+#ifdef CLASSIFIED
+    var groups = vec2<u32>(0u);
+    for (var rate = 0u; rate < 7u; rate++) {
+        let pixels = pixels_of(rate);
+        let tiles = vec2<u32>(counters[C_TILES + rate], counters[C_TILES + 7u + rate]);
+        groups += (vec2<u32>(tiles.x, tiles.x + tiles.y) + pixels - 1u) / pixels;
+        classified[rate] = tiles.x;
+        classified[rate + 7u] = tiles.y;
+    }
+    let mixed = vec2<u32>(counters[C_MIXED], counters[C_MIXED + 1u]);
+    classified[14] = mixed.x;
+    classified[15] = mixed.y;
+    groups += (vec2<u32>(mixed.x, mixed.x + mixed.y) + params.tile_area - 1u) / params.tile_area;
+    classified[16] = argue(6u, groups.x);
+    classified[17] = argue(9u, groups.y);
+    classified[18] = params.phase;
+#endif
+#ifdef STATISTICS
+    for (var i = 0u; i < 20u; i++) {
+        statistics[i] = counters[C_STATISTICS + i];
+    }
+#endif
+    for (var i = 0u; i < 64u; i++) {
+        counters[i] = 0u;
+    }
+}
