@@ -161,7 +161,7 @@ fn every_mode() {
         for (mode, sky) in modes.into_iter().zip([Sky::Skip, Sky::Shade]) {
             let mut job = Job::new("main");
             job.seed = common::seed();
-            job.cases = 32;
+            job.cases = 16;
             job.options.mode = mode;
             job.options.sky = match index % 2 {
                 0 => sky,

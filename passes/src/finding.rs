@@ -90,6 +90,10 @@ codes! {
     OverLimit = 20, Refusal;
     /// A name that the options give, of a target or of a width, does not fit the shader.
     UnfitOption = 21, Refusal;
+    /// Graded mode changes only what `vrcs_copies()` and `vrcs_rate()` give, and the shader calls neither.
+    NothingGraded = 22, Refusal;
+    /// The shader has barriers or workgroup memory, so its workgroups have to be tiles: the mode can only be `tiled`.
+    NeedsTiles = 23, Refusal;
     /// The rewriter made something that naga does not accept: a defect of this crate.
     Defect = 99, Refusal;
     /// A store runs only for some ids. It follows its primary: a duplicate gets a copy if its primary ran the store.

@@ -53,6 +53,7 @@ pub mod deep;
 pub mod emit;
 pub mod explain;
 pub mod finding;
+pub mod graded;
 pub mod input;
 pub mod instrument;
 pub mod ir;
@@ -74,6 +75,7 @@ use analysis::{Facts, FunctionRef};
 pub use finding::{Code, Color, Finding, Refusal, Severity};
 use ir::{import::Imports, verify};
 use manifest::Manifest;
+use options::Mode;
 pub use options::Options;
 pub use source::Source;
 use transform::bindings::Placement;
@@ -145,8 +147,23 @@ fn rewrite_here(
     entries: Entries,
     options: &Options,
 ) -> Result<Rewritten, Refusal> {
+    if options.mode == Mode::Auto {
+        let (mode, reason) = auto::mode(module, info, entries);
+        let options = Options {
+            mode,
+            ..options.clone()
+        };
+        let mut rewritten = rewrite_here(module, info, entries, &options)?;
+        for entry in &mut rewritten.manifest.entries {
+            entry.mode_reason = Some(reason.to_owned());
+        }
+        return Ok(rewritten);
+    }
     let chosen = choose(module, entries)?;
     check_names(module, options)?;
+    if options.mode == Mode::Graded {
+        return graded::rewrite(module, info, &chosen, options);
+    }
     let is_only = chosen.len() == 1;
     let mut rewriter = Rewriter::new(module, info, options)?;
     let mut refusals = Vec::new();
@@ -317,7 +334,7 @@ impl<'r> Rewriter<'r> {
     }
 
     /// Checks what was made.
-    fn finish(self, left_alone: Vec<(String, Finding)>) -> Result<Rewritten, Refusal> {
+    fn finish(mut self, left_alone: Vec<(String, Finding)>) -> Result<Rewritten, Refusal> {
         let defect = |what: String| {
             Refusal::from(
                 Finding::new(Code::Defect, format!("the rewriter made a mistake: {what}"))
@@ -344,6 +361,7 @@ impl<'r> Rewriter<'r> {
             )
             .map_err(|broken| defect(broken.to_string()))?;
         }
+        graded::give_rate_its_meaning(&mut self.module, &mut self.imports, self.options);
         let info = Validator::new(ValidationFlags::all(), Capabilities::all())
             .validate(&self.module)
             .map_err(|error| defect(format!("{:?}", error.into_inner())))?;

@@ -163,7 +163,7 @@ impl Entry {
         self.group = Some(group);
         self.workgroup_size = size;
         self.tile = [size[0], size[1]];
-        self.dispatch = Dispatch { divide: size };
+        self.dispatch.divide = size;
     }
 
     /// The tile of the coordinate buffer, for the workgroup size that the original has with its overrides.

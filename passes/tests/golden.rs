@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use vrcs_passes::{Color, Entries, Options, Source, emit, input, rewrite};
 
 /// Functions, types and variables of the prelude.
-const PRELUDE: [&str; 19] = [
+const PRELUDE: [&str; 22] = [
     "struct VrcsParams",
     "const VRCS_",
     "var<uniform> vrcs_params",
@@ -22,7 +22,10 @@ const PRELUDE: [&str; 19] = [
     "fn vrcs_flip",
     "fn vrcs_relative",
     "fn vrcs_prefix",
-    "fn vrcs_tile_is_empty",
+    "fn vrcs_tile_",
+    "fn vrcs_header",
+    "fn vrcs_is_identity",
+    "fn vrcs_primaries",
     "fn vrcs_group",
     "fn vrcs_change_pixel",
     "var<private> vrcs_on",

@@ -114,3 +114,10 @@ fn vrcs_relative(mask: u32, home: u32) -> u32 {
     }
     return relative;
 }
+
+// The width and height of the smallest aligned block that holds the group of the pixel at hand.
+fn vrcs_group_rate() -> vec2<u32> {
+    let across = select(select(1u, 2u, (vrcs_copies & 0x2222u) != 0u), 4u, (vrcs_copies & 0xccccu) != 0u);
+    let down = select(select(1u, 2u, (vrcs_copies & 0x00f0u) != 0u), 4u, (vrcs_copies & 0xff00u) != 0u);
+    return vec2<u32>(across, down);
+}

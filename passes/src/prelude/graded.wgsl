@@ -1,10 +1,21 @@
-// Graded mode: every invocation runs for its own pixel; the buffer has a word for each quad and in it a byte for each pixel: how
-// many others share with it, and the rate of their block.
+// Graded mode: every invocation runs for its own pixel. The buffer has a word for each quad and in it a byte for each pixel: in
+// the low half how many others share with it, in the high half the rate of their block.
 
-fn vrcs_grade(pixel: vec3<u32>) -> u32 {
+// The byte of the pixel at hand; zero, which is no sharing at 1x1, in entry points that were not rewritten.
+var<private> vrcs_group: u32;
+
+fn vrcs_grade(pixel: vec3<u32>) {
     if (vrcs_params.flags & VRCS_ENABLED) == 0u || any(pixel.xy >= vrcs_params.extent.xy) {
-        return 0u;
+        return;
     }
     let word = vrcs_coords[(pixel.y >> 1u) * vrcs_params.tiles_per_row + (pixel.x >> 1u)];
-    return (word >> (((pixel.y & 1u) * 2u + (pixel.x & 1u)) * 8u)) & 0xffu;
+    vrcs_group = (word >> (((pixel.y & 1u) * 2u + (pixel.x & 1u)) * 8u)) & 0xffu;
+}
+
+fn vrcs_graded_copies() -> u32 {
+    return vrcs_group & 15u;
+}
+
+fn vrcs_graded_rate() -> vec2<u32> {
+    return vec2<u32>(1u) << vec2<u32>(vrcs_group >> 6u, (vrcs_group >> 4u) & 3u);
 }

@@ -18,7 +18,10 @@ fn vrcs_header(tile: vec3<u32>) -> u32 {
 
 // Whether every pixel of a tile is shaded for itself.
 fn vrcs_is_identity(header: u32) -> bool {
-    return (header & VRCS_TILE_IDENTITY) != 0u && (VRCS_SHADES_SKY || (header & VRCS_TILE_SKY) == 0u);
+    if VRCS_SHADES_SKY {
+        return (header & VRCS_TILE_IDENTITY) != 0u;
+    }
+    return (header & (VRCS_TILE_IDENTITY | VRCS_TILE_SKY)) == VRCS_TILE_IDENTITY;
 }
 
 // The number of a tile's primaries, where it is not an identity.

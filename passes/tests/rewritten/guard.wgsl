@@ -27,17 +27,6 @@ fn vrcs_in_domain(pixel: vec3<u32>) -> bool {
     return (!((pixel.x >= _e4.x)) && !((pixel.y >= _e4.y)));
 }
 
-fn vrcs_flip(rate: vec2<u32>, corner: vec2<u32>, phase: u32) -> u32 {
-    if (phase == 0u) {
-        return 0u;
-    }
-    let odd = ((phase - 1u) & 1u);
-    if ((rate.x + rate.y) == 1u) {
-        return (select(((corner.x + odd) & 1u), ((corner.y + odd) & 1u), (rate.x == 1u)) << (rate.y * 2u));
-    }
-    return (odd * (((1u << rate.x) - 1u) | (((1u << rate.y) - 1u) << 2u)));
-}
-
 fn vrcs_copy_picture(at: vec2<u32>, value: vec4<f32>) {
     let _e4 = vrcs_copies;
     if (_e4 != 0u) {
@@ -58,16 +47,16 @@ fn vrcs_copy_picture(at: vec2<u32>, value: vec4<f32>) {
 }
 
 fn main_inner(id: vec3<u32>) {
-    var local_2: bool;
+    var local_1: bool;
 
     let _e5 = frame.size.x;
     if !((id.x >= _e5)) {
         let _e14 = frame.size.y;
-        local_2 = (id.y >= _e14);
+        local_1 = (id.y >= _e14);
     } else {
-        local_2 = true;
+        local_1 = true;
     }
-    let _e17 = local_2;
+    let _e17 = local_1;
     if _e17 {
         return;
     }

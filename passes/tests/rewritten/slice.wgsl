@@ -21,19 +21,8 @@ fn swizzled(at: vec2<u32>) -> u32 {
     return ((((at.y / 8u) * 64u) + (at.x & 7u)) + ((at.y & 7u) * 8u));
 }
 
-fn vrcs_flip(rate: vec2<u32>, corner: vec2<u32>, phase: u32) -> u32 {
-    if (phase == 0u) {
-        return 0u;
-    }
-    let odd = ((phase - 1u) & 1u);
-    if ((rate.x + rate.y) == 1u) {
-        return (select(((corner.x + odd) & 1u), ((corner.y + odd) & 1u), (rate.x == 1u)) << (rate.y * 2u));
-    }
-    return (odd * (((1u << rate.x) - 1u) | (((1u << rate.y) - 1u) << 2u)));
-}
-
-fn vrcs_address_texels(pixel_2: vec3<u32>, captured_a: u32) -> u32 {
-    let _e6 = swizzled(vec2<u32>(pixel_2.x, pixel_2.y));
+fn vrcs_address_texels(pixel_3: vec3<u32>, captured_a: u32) -> u32 {
+    let _e6 = swizzled(vec2<u32>(pixel_3.x, pixel_3.y));
     return (captured_a + (2u * _e6));
 }
 

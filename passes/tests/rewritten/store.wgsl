@@ -11,17 +11,6 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
 @group(0) @binding(0)
 var picture: texture_storage_2d<rgba8unorm,write>;
 
-fn vrcs_flip(rate: vec2<u32>, corner: vec2<u32>, phase: u32) -> u32 {
-    if (phase == 0u) {
-        return 0u;
-    }
-    let odd = ((phase - 1u) & 1u);
-    if ((rate.x + rate.y) == 1u) {
-        return (select(((corner.x + odd) & 1u), ((corner.y + odd) & 1u), (rate.x == 1u)) << (rate.y * 2u));
-    }
-    return (odd * (((1u << rate.x) - 1u) | (((1u << rate.y) - 1u) << 2u)));
-}
-
 fn vrcs_copy_picture(at: vec2<u32>, value: vec4<f32>) {
     let _e4 = vrcs_copies;
     if (_e4 != 0u) {

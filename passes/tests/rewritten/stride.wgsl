@@ -28,17 +28,6 @@ fn vrcs_in_domain(pixel: vec3<u32>) -> bool {
     return ((pixel.x < _e4) && (pixel.y < _e9));
 }
 
-fn vrcs_flip(rate: vec2<u32>, corner: vec2<u32>, phase: u32) -> u32 {
-    if (phase == 0u) {
-        return 0u;
-    }
-    let odd = ((phase - 1u) & 1u);
-    if ((rate.x + rate.y) == 1u) {
-        return (select(((corner.x + odd) & 1u), ((corner.y + odd) & 1u), (rate.x == 1u)) << (rate.y * 2u));
-    }
-    return (odd * (((1u << rate.x) - 1u) | (((1u << rate.y) - 1u) << 2u)));
-}
-
 fn vrcs_copy_texels(captured_a: u32, index_a: u32, value: f32) {
     let _e5 = i32(captured_a);
     let _e8 = vrcs_copies;
@@ -60,16 +49,16 @@ fn vrcs_copy_texels(captured_a: u32, index_a: u32, value: f32) {
 }
 
 fn main_inner(id: vec3<u32>) {
-    var local_2: bool;
+    var local_1: bool;
 
     let _e4 = frame.width;
     if (id.x < _e4) {
         let _e11 = frame.height;
-        local_2 = (id.y < _e11);
+        local_1 = (id.y < _e11);
     } else {
-        local_2 = false;
+        local_1 = false;
     }
-    let _e14 = local_2;
+    let _e14 = local_1;
     if _e14 {
         let _e19 = frame.width;
         let _e22 = ((id.y * _e19) + id.x);

@@ -19,12 +19,12 @@ struct VrcsParams {
     stride: u32,
 }
 
-const VRCS_TILE_WIDTH: u32 = 16u;
-const VRCS_ENABLED: u32 = 1u;
-const VRCS_TILE_SKY: u32 = 1048576u;
-const VRCS_TILE_IDENTITY: u32 = 262144u;
 const VRCS_SHADES_SKY: bool = false;
+const VRCS_TILE_IDENTITY: u32 = 262144u;
+const VRCS_TILE_SKY: u32 = 1048576u;
+const VRCS_ENABLED: u32 = 1u;
 const VRCS_TILE_UNIFORM: u32 = 524288u;
+const VRCS_TILE_WIDTH: u32 = 16u;
 
 @group(0) @binding(0)
 var picture: texture_storage_2d<rgba8unorm,write>;
@@ -38,6 +38,26 @@ var<storage> vrcs_coords: array<u32>;
 fn vrcs_is_inside(pixel: vec3<u32>) -> bool {
     let _e3 = vrcs_params.extent;
     return all((pixel < _e3));
+}
+
+fn vrcs_header(tile: vec3<u32>) -> u32 {
+    let _e5 = vrcs_params.tiles_per_row;
+    let _e10 = vrcs_coords[((tile.y * _e5) + tile.x)];
+    return _e10;
+}
+
+fn vrcs_is_identity(header: u32) -> bool {
+    if VRCS_SHADES_SKY {
+        return ((header & VRCS_TILE_IDENTITY) != 0u);
+    }
+    return ((header & 1310720u) == VRCS_TILE_IDENTITY);
+}
+
+fn vrcs_primaries(header_1: u32) -> u32 {
+    if VRCS_SHADES_SKY {
+        return ((header_1 & 511u) + ((header_1 >> 9u) & 511u));
+    }
+    return select((header_1 & 511u), 0u, ((header_1 & VRCS_TILE_SKY) != 0u));
 }
 
 fn vrcs_flip(rate: vec2<u32>, corner: vec2<u32>, phase: u32) -> u32 {
@@ -123,67 +143,56 @@ fn vrcs_take(pixel_1: vec3<u32>, mask_3: u32) -> bool {
     return true;
 }
 
-fn vrcs_take_block(origin: vec2<u32>, z_1: u32, number: u32, code: u32, phase_1: u32) -> bool {
+fn vrcs_take_block(origin: vec2<u32>, z_1: u32, width: u32, number: u32, code: u32, phase_1: u32) -> bool {
     let rate_1 = vec2<u32>((code >> 2u), (code & 3u));
-    let across = (VRCS_TILE_WIDTH >> rate_1.x);
+    let across = (width >> rate_1.x);
     let corner_1 = (origin + (vec2<u32>((number % across), (number / across)) << rate_1));
-    let size = (vec2(1u) << rate_1);
-    let row = (((1u << size.x) - 1u) << (corner_1.x & 3u));
-    let rows_1 = ((4369u & ((1u << (size.y * 4u)) - 1u)) << ((corner_1.y & 3u) * 4u));
+    let size_1 = (vec2(1u) << rate_1);
+    let row = (((1u << size_1.x) - 1u) << (corner_1.x & 3u));
+    let rows_1 = ((4369u & ((1u << (size_1.y * 4u)) - 1u)) << ((corner_1.y & 3u) * 4u));
     let _e45 = vrcs_flip(rate_1, corner_1, phase_1);
     let _e54 = vrcs_take(vec3<u32>((corner_1 ^ vec2<u32>((_e45 & 3u), (_e45 >> 2u))), z_1), (row * rows_1));
     return _e54;
 }
 
-fn vrcs_prefix(tile: vec3<u32>, lane: u32) -> bool {
-    var local_1: bool;
-    var count: u32;
-
-    let origin_1 = (tile.xy * vec2<u32>(16u, 16u));
-    vrcs_pixel = vec3<u32>((origin_1 + vec2<u32>((lane % VRCS_TILE_WIDTH), (lane / VRCS_TILE_WIDTH))), tile.z);
+fn vrcs_tile_prefix(tile_1: vec3<u32>, pixel_2: vec3<u32>, lane: u32, size: vec2<u32>) -> bool {
+    vrcs_pixel = pixel_2;
     vrcs_copies = 0u;
-    let _e20 = vrcs_params.flags;
-    if ((_e20 & VRCS_ENABLED) == 0u) {
-        let _e26 = vrcs_pixel;
-        let _e27 = vrcs_is_inside(_e26);
-        return _e27;
+    let _e9 = vrcs_params.flags;
+    if ((_e9 & VRCS_ENABLED) == 0u) {
+        let _e14 = vrcs_is_inside(pixel_2);
+        return _e14;
     }
-    let _e31 = vrcs_params.tiles_per_row;
-    let slot = ((tile.y * _e31) + tile.x);
-    let header = vrcs_coords[slot];
-    if true {
-        local_1 = ((header & VRCS_TILE_SKY) != 0u);
-    } else {
-        local_1 = false;
+    let _e15 = vrcs_header(tile_1);
+    let _e16 = vrcs_is_identity(_e15);
+    if _e16 {
+        let _e17 = vrcs_is_inside(pixel_2);
+        return _e17;
     }
-    let _e46 = local_1;
-    if _e46 {
+    let _e18 = vrcs_primaries(_e15);
+    if (lane >= _e18) {
         return false;
     }
-    if ((header & VRCS_TILE_IDENTITY) != 0u) {
-        let _e53 = vrcs_pixel;
-        let _e54 = vrcs_is_inside(_e53);
-        return _e54;
+    let origin_1 = (tile_1.xy * size);
+    if ((_e15 & VRCS_TILE_UNIFORM) != 0u) {
+        let _e37 = vrcs_take_block(origin_1, tile_1.z, size.x, lane, ((_e15 >> 24u) & 15u), ((_e15 >> 21u) & 7u));
+        return _e37;
     }
-    count = (header & 511u);
-    if VRCS_SHADES_SKY {
-        let _e59 = count;
-        count = (_e59 + ((header >> 9u) & 511u));
-    }
-    let _e65 = count;
-    if (lane >= _e65) {
-        return false;
-    }
-    if ((header & VRCS_TILE_UNIFORM) != 0u) {
-        let _e81 = vrcs_take_block(origin_1, tile.z, lane, ((header >> 24u) & 15u), ((header >> 21u) & 7u));
-        return _e81;
-    }
-    let _e85 = vrcs_params.entries;
-    let _e88 = vrcs_params.entries_per_tile;
-    let entry = vrcs_coords[((_e85 + (slot * _e88)) + lane)];
+    let _e41 = vrcs_params.tiles_per_row;
+    let slot = ((tile_1.y * _e41) + tile_1.x);
+    let _e48 = vrcs_params.entries;
+    let _e51 = vrcs_params.entries_per_tile;
+    let entry = vrcs_coords[((_e48 + (slot * _e51)) + lane)];
     let position = vec2<u32>((entry & 255u), ((entry >> 8u) & 255u));
-    let _e106 = vrcs_take(vec3<u32>((origin_1 + position), tile.z), (entry >> 16u));
-    return _e106;
+    let _e69 = vrcs_take(vec3<u32>((origin_1 + position), tile_1.z), (entry >> 16u));
+    return _e69;
+}
+
+fn vrcs_prefix(tile_2: vec3<u32>, lane_1: u32) -> bool {
+    let size_2 = vec2<u32>(16u, 16u);
+    let own = ((tile_2.xy * size_2) + vec2<u32>((lane_1 % VRCS_TILE_WIDTH), (lane_1 / VRCS_TILE_WIDTH)));
+    let _e15 = vrcs_tile_prefix(tile_2, vec3<u32>(own, tile_2.z), lane_1, size_2);
+    return _e15;
 }
 
 fn vrcs_duplicate(k: u32) -> vec3<u32> {

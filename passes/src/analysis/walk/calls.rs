@@ -23,7 +23,11 @@ impl<'a> Walk<'a> {
         let facts = self.facts.function(function);
         let arguments: Vec<Value> = arguments.iter().map(|&a| self.value(frame, a)).collect();
         let has_pointers = arguments.iter().any(|a| matches!(a, Value::Place(_)));
-        let value = if facts.is_in_place() {
+        let value = if crate::graded::is_rate(self.module, function) {
+            // it gives what the group has in common, which is no number of the author's
+            let unknown = self.terms.opaque(Opacity::Unfollowed, Vec::new());
+            Some(unknown)
+        } else if facts.is_in_place() {
             self.call_in_place(frame, function, arguments)
         } else if facts.effects.contains(Effects::RAY_QUERY) {
             self.clobber(function, &arguments, Opacity::RayQuery)

@@ -41,8 +41,9 @@ use naga::{Expression, Function, GlobalVariable, Handle, LocalVariable};
 use super::Planner;
 use crate::{
     analysis::{Facts, Tie, term::integer},
+    auto,
     finding::{Code, Finding},
-    options::Barriers,
+    options::{Barriers, Mode},
 };
 use report::Group;
 use skeleton::{RegionId, Skeleton};
@@ -149,6 +150,12 @@ impl Planner<'_> {
             return None;
         }
         let function = &self.module.entry_points[self.entry].function;
+        if self.options.mode != Mode::Tiled {
+            let name = &self.module.entry_points[self.entry].name;
+            let finding = auto::needs_tiles(name, self.options.mode);
+            self.say(finding.at(report::first_barrier(function), "they meet here"));
+            return None;
+        }
         let size = self
             .found
             .group_size
