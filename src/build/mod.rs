@@ -304,7 +304,7 @@ pub fn rate_index(rate: Rate) -> usize {
 /// | 20 | [sky](Header::SKY) |
 /// | 21–23 | the [phase](primary::Order::code) in which primaries were chosen |
 /// | 24–27 | the rate of a uniform tile |
-/// | 28–31 | the [user's own](Header::user) |
+/// | 28–31 | left for the user's own |
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Header(pub u32);
 
