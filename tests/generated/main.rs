@@ -61,7 +61,7 @@ const GATE_SEED: u64 = 324_696_106;
 fn the_laws_hold_for_shaders_that_nobody_wrote() {
     let first = seed() * 1_000_003;
     let slow = common::gpu().info.name.contains("SwiftShader");
-    let count = from_env("VRCS_GENERATED").unwrap_or(if slow { 24 } else { 120 });
+    let count = from_env("VRCS_GENERATED").unwrap_or(if slow { 24 } else { 80 });
     let threads = from_env("VRCS_THREADS").unwrap_or(2);
     let next = AtomicU64::new(0);
     let tally = Mutex::new(Tally::default());
