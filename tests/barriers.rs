@@ -3,7 +3,7 @@
 
 mod common;
 
-use vrcs::check::{Job, Law, Report, Route};
+use vrcs::check::{Job, Report};
 use vrcs_passes::Source;
 
 fn shader(name: &str) -> Source {
@@ -25,30 +25,7 @@ fn hold(name: &str) -> Report {
     let mut job = Job::new("main");
     job.seed = common::seed();
     job.cases = cases();
-    let report = common::run(&source, &job);
-    common::assert_passed(&report);
-    for law in [
-        Law::Identity,
-        Law::Off,
-        Law::Replication,
-        Law::Locality,
-        Law::Contract,
-        Law::Partition,
-        Law::Builder,
-    ] {
-        assert!(
-            report.held.get(&law).is_some_and(|&times| times > 0),
-            "{law}: {report:?}"
-        );
-    }
-    let job = Job {
-        route: Route::Module,
-        size: [40, 33],
-        cases: 8,
-        ..job
-    };
-    common::assert_passed(&common::run(&source, &job));
-    report
+    common::hold_every_law(&source, job, 0, 8)
 }
 
 macro_rules! laws {

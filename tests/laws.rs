@@ -3,7 +3,7 @@
 
 mod common;
 
-use vrcs::check::{Job, Law, Route};
+use vrcs::check::Job;
 use vrcs_passes::options::{MaxRate, Mode, Sky};
 
 fn hold(name: &str) {
@@ -11,30 +11,7 @@ fn hold(name: &str) {
     let mut job = Job::new("main");
     job.seed = common::seed();
     job.cases = 224;
-    let report = common::run(&source, &job);
-    common::assert_passed(&report);
-    for law in [
-        Law::Identity,
-        Law::Off,
-        Law::Replication,
-        Law::Locality,
-        Law::Contract,
-        Law::Partition,
-        Law::Builder,
-    ] {
-        assert!(
-            report.held.get(&law).is_some_and(|&times| times > 10),
-            "{law}: {report:?}"
-        );
-    }
-    // the same as a module, with another picture: the two routes give the same pixels
-    let job = Job {
-        route: Route::Module,
-        size: [40, 33],
-        cases: 32,
-        ..job
-    };
-    common::assert_passed(&common::run(&source, &job));
+    common::hold_every_law(&source, job, 10, 32);
 }
 
 macro_rules! laws {

@@ -7,7 +7,7 @@ use vrcs::{
     Rate, View,
     build::BuildOptions,
     check::gpu::Gpu,
-    scenes::{PassName, SceneName, frame::Frame, picture, stage::Stage},
+    scenes::{PassName, SceneName, frame::Frame, stage::Stage},
     sri::Sri,
 };
 
@@ -33,9 +33,7 @@ fn render(gpu: &Gpu, stage: &Stage, number: u32, seed: u32, view: Option<&View>)
             }
         }
     }
-    let copy = picture::copy(stage, gpu, &mut encoder);
-    let mut pictures = picture::read(gpu, encoder, stage.size(), &[&copy]).expect("a picture");
-    pictures.remove(0)
+    gpu.read_rgba8(encoder, stage.picture()).expect("a picture")
 }
 
 fn hold(scene: SceneName) {

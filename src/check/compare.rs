@@ -471,10 +471,11 @@ impl Original {
             let unit = self.unit(output);
             for (&number, due) in &expected.due {
                 let at = number as usize * unit;
-                let unit_at =
-                    |outputs: &Outputs| outputs[output].get(at..at + unit).map(<[u8]>::to_vec);
                 // a place beyond the resource cannot be looked at
-                let (Some(a), Some(b)) = (unit_at(got), unit_at(other)) else {
+                let (Some(a), Some(b)) = (
+                    got[output].get(at..at + unit),
+                    other[output].get(at..at + unit),
+                ) else {
                     continue;
                 };
                 // a place that several pixels may write is not compared; nor is one of a pixel that was never seen to store, which
@@ -491,8 +492,8 @@ impl Original {
                     return Some(Difference {
                         output,
                         byte: at,
-                        expected: b,
-                        got: a,
+                        expected: b.to_vec(),
+                        got: a.to_vec(),
                         pixel: Some(pixel),
                         primary: Some(primary),
                     });

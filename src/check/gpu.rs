@@ -188,6 +188,43 @@ impl Gpu {
         }
     }
 
+    /// Submits commands and reads a picture of four bytes a pixel: row by row, without padding.
+    ///
+    /// # Errors
+    /// If the device refused anything, or was lost.
+    pub fn read_rgba8(
+        &self,
+        mut encoder: wgpu::CommandEncoder,
+        picture: &wgpu::Texture,
+    ) -> Result<Vec<u8>, GpuError> {
+        let row = picture.width() * 4;
+        let pitch = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("picture read-back"),
+            size: u64::from(pitch) * u64::from(picture.height()),
+            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
+            mapped_at_creation: false,
+        });
+        encoder.copy_texture_to_buffer(
+            picture.as_image_copy(),
+            wgpu::TexelCopyBufferInfo {
+                buffer: &buffer,
+                layout: wgpu::TexelCopyBufferLayout {
+                    offset: 0,
+                    bytes_per_row: Some(pitch),
+                    rows_per_image: None,
+                },
+            },
+            picture.size(),
+        );
+        let bytes = self.submit_and_read(encoder, &[&buffer])?;
+        Ok(bytes[0]
+            .chunks(pitch as usize)
+            .flat_map(|padded| &padded[..row as usize])
+            .copied()
+            .collect())
+    }
+
     /// Submits commands and reads buffers back, whole.
     ///
     /// # Errors

@@ -57,6 +57,20 @@ impl Depth {
     pub fn new(kind: DepthKind) -> Depth {
         Depth { kind, tolerance: 7 }
     }
+
+    /// Why it makes no sense, if it does not.
+    pub(crate) fn check(&self) -> Result<(), &'static str> {
+        if !(1..=20).contains(&self.tolerance) {
+            return Err("the depth tolerance has to be 1 to 20");
+        }
+        if let DepthKind::ReversedFinite { near, far } | DepthKind::Standard { near, far } =
+            self.kind
+            && !(near > 0.0 && far > near && far.is_finite())
+        {
+            return Err("the planes of depth have to be 0 < near < far");
+        }
+        Ok(())
+    }
 }
 
 /// What a depth texture's values mean.
@@ -163,15 +177,7 @@ impl Coverage {
             _ => {}
         }
         if let Some(depth) = self.depth {
-            if !(1..=20).contains(&depth.tolerance) {
-                return err("the depth tolerance has to be 1 to 20");
-            }
-            if let DepthKind::ReversedFinite { near, far } | DepthKind::Standard { near, far } =
-                depth.kind
-                && !(near > 0.0 && far > near && far.is_finite())
-            {
-                return err("the planes of depth have to be 0 < near < far");
-            }
+            depth.check().map_err(Contradiction)?;
         }
         if let Some(normals) = self.normals {
             if !(1..=14).contains(&normals.tolerance()) {

@@ -362,16 +362,7 @@ impl Bound {
 
 fn check(options: &Options) -> Result<(), DeblockError> {
     if let Some(depth) = options.depth {
-        if !(1..=20).contains(&depth.tolerance) {
-            return Err(DeblockError::Options(
-                "the depth tolerance has to be 1 to 20",
-            ));
-        }
-        if !depth.kind.is_possible() {
-            return Err(DeblockError::Options(
-                "the planes of depth have to be 0 < near < far",
-            ));
-        }
+        depth.check().map_err(DeblockError::Options)?;
     }
     if let Some(luma) = options.luma
         && !(luma.exposure > 0.0 && luma.exposure.is_finite())

@@ -49,6 +49,10 @@ pub mod cpu;
 pub mod gpu;
 mod pack;
 
+pub use crate::{
+    analyse::params::luma_pitch,
+    coverage::{Depth, DepthKind},
+};
 pub use gpu::{Bound, Deblocker, Inputs, PictureInput};
 pub use pack::Packing;
 
@@ -91,67 +95,6 @@ pub enum Picture {
     Buffer(Packing),
 }
 
-/// A depth texture: its meaning, and how close is close.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Depth {
-    /// What its values mean.
-    pub kind: DepthKind,
-    /// The tolerance: 2 to the minus this, relative to inverse depth. 1 to 20; 7 is about 1 %.
-    pub tolerance: u32,
-}
-
-impl Depth {
-    /// Depth of a kind, with a tolerance of 2⁻⁷.
-    pub fn new(kind: DepthKind) -> Depth {
-        Depth { kind, tolerance: 7 }
-    }
-}
-
-/// What a depth texture's values mean. Inverse depth is what is compared: a plane stays a plane in it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum DepthKind {
-    /// 1 at the near plane, 0 at an infinite far plane.
-    Reversed,
-    /// 1 at the near plane, 0 at the far plane.
-    ReversedFinite {
-        /// The near plane's distance.
-        near: f32,
-        /// The far plane's distance.
-        far: f32,
-    },
-    /// 0 at the near plane, 1 at the far plane.
-    Standard {
-        /// The near plane's distance.
-        near: f32,
-        /// The far plane's distance.
-        far: f32,
-    },
-    /// The distance itself.
-    Linear,
-}
-
-impl DepthKind {
-    /// The factor and the summand that make a value proportional to inverse depth; `None` if it has to be inverted.
-    fn to_inverse(self) -> Option<[f32; 2]> {
-        match self {
-            DepthKind::Reversed => Some([1.0, 0.0]),
-            DepthKind::ReversedFinite { near, far } => Some([1.0, near / (far - near)]),
-            DepthKind::Standard { near, far } => Some([-1.0, far / (far - near)]),
-            DepthKind::Linear => None,
-        }
-    }
-
-    /// Whether its planes are planes.
-    fn is_possible(self) -> bool {
-        match self {
-            DepthKind::ReversedFinite { near, far } | DepthKind::Standard { near, far } => {
-                near > 0.0 && far > near && far.is_finite()
-            }
-            DepthKind::Reversed | DepthKind::Linear => true,
-        }
-    }
-}
-
 /// The luma that is written for the next frame's analysis: √(exposure · I) with I of Eq. 25 (Yang et al., I3D 2019), rounded to 8
 /// bits. The square root spends the codes where the eye does; a linear byte would have steps larger than the threshold
 /// in the dark.
@@ -165,11 +108,6 @@ pub struct Luma {
     pub is_srgb: bool,
     /// What linear luma is multiplied by before it is cut off at 1.
     pub exposure: f32,
-}
-
-/// Bytes from row to row of the luma of a picture.
-pub fn luma_pitch(width: u32) -> u32 {
-    width.max(1).next_multiple_of(crate::sri::ROW_ALIGNMENT)
 }
 
 /// How the picture is read and written.

@@ -21,6 +21,7 @@ use crate::{
         gpu::{Gpu, GpuError},
     },
     dispatch::{Pass, PassOptions},
+    metrics::{self, Shown as Picture},
     sri::Sri,
     view::View,
 };
@@ -150,14 +151,18 @@ impl Demo {
             deblocked: &deblocked,
         };
         let pictures = pictures::write(&self.out, self.size, &shaded, &sri, &coordinates)?;
+        let psnr = |picture: &[u8]| {
+            let of = |rgba| Picture::new(self.size, rgba);
+            metrics::psnr(of(&full), of(picture))
+        };
         Ok(Shown {
             adapter: gpu.info.name.clone(),
             size: self.size,
             statistics: coordinates.statistics(),
             rates: shares(&sri),
             times,
-            psnr: psnr(&full, &variable),
-            psnr_deblocked: psnr(&full, &deblocked),
+            psnr: psnr(&variable),
+            psnr_deblocked: psnr(&deblocked),
             laws,
             pictures,
         })
@@ -192,19 +197,6 @@ fn laws(gpu: &Gpu) -> Result<Report, DemoError> {
     job.cases = 32;
     job.settings.set.insert("time".to_owned(), vec![1.0]);
     check::check(gpu, &source, &module, &info, &job, &mut |_| {}).map_err(own)
-}
-
-/// Peak signal-to-noise ratio over red, green and blue, in decibels; infinite if the pictures are equal.
-pub fn psnr(a: &[u8], b: &[u8]) -> f64 {
-    let mut sum = 0.0;
-    let mut count = 0.0;
-    for (a, b) in a.chunks_exact(4).zip(b.chunks_exact(4)) {
-        for channel in 0..3 {
-            sum += (f64::from(a[channel]) - f64::from(b[channel])).powi(2);
-            count += 1.0;
-        }
-    }
-    10.0 * (255.0f64.powi(2) / (sum / count)).log10()
 }
 
 impl<'g> Stage<'g> {
@@ -346,33 +338,8 @@ impl<'g> Stage<'g> {
         self.read(encoder)
     }
 
-    fn read(&self, mut encoder: wgpu::CommandEncoder) -> Result<Vec<u8>, DemoError> {
-        let row = self.size[0] * 4;
-        let pitch = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-        let buffer = self.gpu.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("picture read-back"),
-            size: u64::from(pitch) * u64::from(self.size[1]),
-            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
-            mapped_at_creation: false,
-        });
-        encoder.copy_texture_to_buffer(
-            self.picture.as_image_copy(),
-            wgpu::TexelCopyBufferInfo {
-                buffer: &buffer,
-                layout: wgpu::TexelCopyBufferLayout {
-                    offset: 0,
-                    bytes_per_row: Some(pitch),
-                    rows_per_image: None,
-                },
-            },
-            self.picture.size(),
-        );
-        let bytes = self.gpu.submit_and_read(encoder, &[&buffer])?;
-        Ok(bytes[0]
-            .chunks(pitch as usize)
-            .flat_map(|padded| &padded[..row as usize])
-            .copied()
-            .collect())
+    fn read(&self, encoder: wgpu::CommandEncoder) -> Result<Vec<u8>, DemoError> {
+        Ok(self.gpu.read_rgba8(encoder, &self.picture)?)
     }
 
     /// Measures each part, in turn, so that all see the same machine.

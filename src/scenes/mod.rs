@@ -7,7 +7,6 @@
 //! Each scene [declares](Declared) what a renderer would have for it, and leaves the rest out.
 
 pub mod frame;
-pub mod picture;
 pub mod stage;
 
 use std::{fmt, str::FromStr};

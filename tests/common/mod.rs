@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use vrcs::check::{Job, Report, Verdict, check, gpu::Gpu};
+use vrcs::check::{Job, Law, Report, Route, Verdict, check, gpu::Gpu};
 use vrcs_passes::{Source, input};
 
 /// The device that tests run on: the one that `WGPU_ADAPTER_NAME` names, or any.
@@ -48,6 +48,35 @@ pub fn run(source: &Source, job: &Job) -> Report {
     let (module, info) = parse(source);
     check(&gpu(), source, &module, &info, job, &mut |_| {})
         .unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Checks a shader with a job, and expects that every law held, each more often than `times`; then once more as a module, with
+/// another picture and so many cases: the two routes give the same pixels.
+pub fn hold_every_law(source: &Source, job: Job, times: u32, as_module: u32) -> Report {
+    let report = run(source, &job);
+    assert_passed(&report);
+    for law in [
+        Law::Identity,
+        Law::Off,
+        Law::Replication,
+        Law::Locality,
+        Law::Contract,
+        Law::Partition,
+        Law::Builder,
+    ] {
+        assert!(
+            report.held.get(&law).is_some_and(|&held| held > times),
+            "{law}: {report:?}"
+        );
+    }
+    let job = Job {
+        route: Route::Module,
+        size: [40, 33],
+        cases: as_module,
+        ..job
+    };
+    assert_passed(&run(source, &job));
+    report
 }
 
 /// Expects that every law held.

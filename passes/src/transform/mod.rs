@@ -14,9 +14,14 @@ pub mod specialise;
 use naga::{Function, Handle, Module, valid::ModuleInfo};
 
 use crate::{
-    analysis::FunctionRef, finding::Finding, ir::import::Imports, options::Options, plan::EntryPlan,
+    analysis::{FunctionRef, walk::Found},
+    finding::Finding,
+    ir::import::Imports,
+    options::{MaxRate, Options},
+    plan::{CopyPlan, EntryPlan},
 };
 use copies::Copies;
+use prologue::Prologue;
 use specialise::Specialise;
 
 /// What was made for an entry point.
@@ -54,22 +59,16 @@ pub fn apply(
         entry,
         &plan.domain,
     );
-    let mut copies = Copies::new(
-        &mut found.terms,
-        found.group_size,
-        entry,
-        &prologue,
-        options.max_rate,
-    );
-    let specialise = Specialise::new(
+    let (inner, clones) = insert_copies(
+        module,
         original,
         info,
         entry,
-        &found.instances,
-        &found.accesses,
+        found,
         &plan.copies,
+        &prologue,
+        options.max_rate,
     );
-    let (inner, clones) = specialise.run(module, &mut copies);
     let function = prologue::entry_function(
         module,
         &found.terms,
@@ -86,6 +85,40 @@ pub fn apply(
         clones,
         split: None,
     })
+}
+
+/// Makes the entry point an ordinary function that copies what it stores, its helpers with it. Gives the function, and the clones
+/// with what each was made from.
+#[allow(
+    clippy::too_many_arguments,
+    reason = "all that both ways to rewrite share"
+)]
+fn insert_copies(
+    module: &mut Module,
+    original: &Module,
+    info: &ModuleInfo,
+    entry: usize,
+    found: &mut Found,
+    plans: &[CopyPlan],
+    prologue: &Prologue,
+    max_rate: MaxRate,
+) -> (Handle<Function>, Vec<(FunctionRef, Handle<Function>)>) {
+    let mut copies = Copies::new(
+        &mut found.terms,
+        found.group_size,
+        entry,
+        prologue,
+        max_rate,
+    );
+    let specialise = Specialise::new(
+        original,
+        info,
+        entry,
+        &found.instances,
+        &found.accesses,
+        plans,
+    );
+    specialise.run(module, &mut copies)
 }
 
 /// Rewrites an entry point whose invocations work together: the workgroup stays as it is, and the tile is the workgroup.
@@ -118,22 +151,16 @@ fn apply_to_group(
         is_masked: group.is_masked,
     };
     let (prologue, prelude) = regions::entry::import(module, imports, &mut found.terms, &wanted);
-    let mut copies = Copies::new(
-        &mut found.terms,
-        found.group_size,
-        entry,
-        &prologue,
-        options.max_rate,
-    );
-    let specialise = Specialise::new(
+    let (inner, clones) = insert_copies(
+        module,
         original,
         info,
         entry,
-        &found.instances,
-        &found.accesses,
+        found,
         &plan.copies,
+        &prologue,
+        options.max_rate,
     );
-    let (inner, clones) = specialise.run(module, &mut copies);
     regions::split(
         module,
         entry,

@@ -16,6 +16,8 @@
 //! the original with the ids that the pixel's own invocation would have had: all of them, as one consistent set.
 //! *Guarantees*: nothing of the author's is renumbered; a `return` of theirs returns here.
 
+use std::sync::Arc;
+
 use naga::{
     Binding, BuiltIn, Expression, Function, FunctionArgument, GlobalVariable, Handle, Module,
     Scalar, Span, TypeInner,
@@ -73,15 +75,8 @@ pub fn import(
     entry: usize,
     domain: &[Formula],
 ) -> Prologue {
-    let prelude = prelude(options);
-    let params = imports.global(&prelude, module, "vrcs_params");
-    imports.unhook();
-    if !domain.is_empty() {
-        let function = domain_function(module, terms, group_size, entry, domain, params);
-        imports.hook("vrcs_in_domain", function);
-        let members = imports.function(&prelude, module, "vrcs_members_in_domain");
-        imports.hook("vrcs_members", members);
-    }
+    let (prelude, params) =
+        import_domain(module, imports, options, terms, group_size, entry, domain);
     Prologue {
         params,
         pixel: imports.global(&prelude, module, "vrcs_pixel"),
@@ -92,8 +87,30 @@ pub fn import(
     }
 }
 
+/// Readies the imports of an entry point: its parameters, and its own domain in the place of the prelude's.
+pub(super) fn import_domain(
+    module: &mut Module,
+    imports: &mut Imports,
+    options: &Options,
+    terms: &mut Terms,
+    group_size: [TermId; 3],
+    entry: usize,
+    domain: &[Formula],
+) -> (Arc<Module>, Handle<GlobalVariable>) {
+    let prelude = prelude(options);
+    let params = imports.global(&prelude, module, "vrcs_params");
+    imports.unhook();
+    if !domain.is_empty() {
+        let function = domain_function(module, terms, group_size, entry, domain, params);
+        imports.hook("vrcs_in_domain", function);
+        let members = imports.function(&prelude, module, "vrcs_members_in_domain");
+        imports.hook("vrcs_members", members);
+    }
+    (prelude, params)
+}
+
 /// The shader's domain as a function of a pixel.
-pub(super) fn domain_function(
+fn domain_function(
     module: &mut Module,
     terms: &mut Terms,
     group_size: [TermId; 3],
@@ -135,17 +152,7 @@ pub fn entry_function(
         ("vrcs_group", ids_type, BuiltIn::WorkGroupId),
         ("vrcs_lane", lane_type, BuiltIn::LocalInvocationIndex),
     ]
-    .map(|(name, ty, builtin)| {
-        let index = function.arguments.len() as u32;
-        function.arguments.push(FunctionArgument {
-            name: Some(name.to_owned()),
-            ty,
-            binding: Some(Binding::BuiltIn(builtin)),
-        });
-        function
-            .expressions
-            .append(Expression::FunctionArgument(index), Span::UNDEFINED)
-    });
+    .map(|(name, ty, builtin)| add_builtin(&mut function, name, ty, builtin));
     let original = &terms.module().entry_points[entry].function;
     let mut code = Code::new(&mut module.types, &mut function, Span::UNDEFINED);
     let found = code.value_of(prologue.prefix, arguments.to_vec());
@@ -160,7 +167,7 @@ pub fn entry_function(
     let mut recompute = Recompute::new(terms, entry, ids, []);
     let mut arguments = Vec::with_capacity(original.arguments.len());
     for argument in &original.arguments {
-        let mut builtin = |code: &mut Code, binding: &Option<Binding>, ty| {
+        let builtin = |code: &mut Code, binding: &Option<Binding>, ty| {
             binding
                 .as_ref()
                 .and_then(Binding::to_built_in)
@@ -168,23 +175,55 @@ pub fn entry_function(
                 // the plan has seen to it that nothing uses the others
                 .unwrap_or_else(|| code.add(Expression::ZeroValue(ty)))
         };
-        let value = match &terms.module().types[argument.ty].inner {
-            TypeInner::Struct { members, .. } if argument.binding.is_none() => {
-                let components = members
-                    .iter()
-                    .map(|member| builtin(&mut code, &member.binding, member.ty))
-                    .collect();
-                code.add(Expression::Compose {
-                    ty: argument.ty,
-                    components,
-                })
-            }
-            _ => builtin(&mut code, &argument.binding, argument.ty),
-        };
-        arguments.push(value);
+        arguments.push(compose_argument(
+            &mut code,
+            terms.module(),
+            argument,
+            builtin,
+        ));
     }
     code.call(inner, arguments, false);
     let body = code.finish();
     build::set_body(&mut function, body);
     function
+}
+
+/// Has a new entry point take a builtin.
+pub(super) fn add_builtin(
+    function: &mut Function,
+    name: &str,
+    ty: Handle<naga::Type>,
+    builtin: BuiltIn,
+) -> Handle<Expression> {
+    let index = function.arguments.len() as u32;
+    function.arguments.push(FunctionArgument {
+        name: Some(name.to_owned()),
+        ty,
+        binding: Some(Binding::BuiltIn(builtin)),
+    });
+    function
+        .expressions
+        .append(Expression::FunctionArgument(index), Span::UNDEFINED)
+}
+
+/// An argument of the original, from its builtins.
+pub(super) fn compose_argument(
+    code: &mut Code,
+    module: &Module,
+    argument: &FunctionArgument,
+    mut builtin: impl FnMut(&mut Code, &Option<Binding>, Handle<naga::Type>) -> Handle<Expression>,
+) -> Handle<Expression> {
+    match &module.types[argument.ty].inner {
+        TypeInner::Struct { members, .. } if argument.binding.is_none() => {
+            let components = members
+                .iter()
+                .map(|member| builtin(code, &member.binding, member.ty))
+                .collect();
+            code.add(Expression::Compose {
+                ty: argument.ty,
+                components,
+            })
+        }
+        _ => builtin(code, &argument.binding, argument.ty),
+    }
 }

@@ -11,10 +11,7 @@
 //!
 //! *Guarantees*: the workgroup size stays as it was; the primary's workgroup is the invocation's own.
 
-use naga::{
-    Binding, BuiltIn, Expression, Function, FunctionArgument, GlobalVariable, Handle, Module,
-    Scalar, Span, TypeInner,
-};
+use naga::{Binding, BuiltIn, Expression, Function, GlobalVariable, Handle, Module, Scalar, Span};
 
 use crate::{
     analysis::{
@@ -26,9 +23,8 @@ use crate::{
         import::Imports,
     },
     options::Options,
-    prelude::prelude,
     transform::{
-        prologue::{Prologue, domain_function},
+        prologue::{Prologue, add_builtin, compose_argument, import_domain},
         recompute::{Ids, Recompute},
     },
 };
@@ -99,15 +95,8 @@ pub fn import(
         domain,
         is_masked,
     } = wanted;
-    let prelude = prelude(options);
-    let params = imports.global(&prelude, module, "vrcs_params");
-    imports.unhook();
-    if !domain.is_empty() {
-        let function = domain_function(module, terms, group_size, entry, domain, params);
-        imports.hook("vrcs_in_domain", function);
-        let members = imports.function(&prelude, module, "vrcs_members_in_domain");
-        imports.hook("vrcs_members", members);
-    }
+    let (prelude, params) =
+        import_domain(module, imports, options, terms, group_size, entry, domain);
     let begin = imports.function(&prelude, module, "vrcs_group_begin");
     let group = GroupPrelude {
         on: imports.global(&prelude, module, "vrcs_on"),
@@ -159,17 +148,7 @@ pub fn entry_function(
         ("vrcs_id", vector, BuiltIn::GlobalInvocationId),
         ("vrcs_local", vector, BuiltIn::LocalInvocationId),
     ]
-    .map(|(name, ty, builtin)| {
-        let index = function.arguments.len() as u32;
-        function.arguments.push(FunctionArgument {
-            name: Some(name.to_owned()),
-            ty,
-            binding: Some(Binding::BuiltIn(builtin)),
-        });
-        function
-            .expressions
-            .append(Expression::FunctionArgument(index), Span::UNDEFINED)
-    });
+    .map(|(name, ty, builtin)| add_builtin(&mut function, name, ty, builtin));
     let real = Real {
         group: tile,
         lane,
@@ -210,7 +189,7 @@ pub fn entry_function(
             };
             known.unwrap_or_else(|| code.add(Expression::ZeroValue(ty)))
         };
-        arguments.push(compose(&mut code, terms.module(), argument, value));
+        arguments.push(compose_argument(&mut code, terms.module(), argument, value));
     }
     let pixel = code.global(prologue.pixel);
     let mut recompute = Recompute::new(terms, entry, ids(pixel), []);
@@ -224,32 +203,10 @@ pub fn entry_function(
             };
             known.unwrap_or_else(|| code.add(Expression::ZeroValue(ty)))
         };
-        arguments.push(compose(&mut code, terms.module(), argument, value));
+        arguments.push(compose_argument(&mut code, terms.module(), argument, value));
     }
     code.call(inner, arguments, false);
     let body = code.finish();
     build::set_body(&mut function, body);
     function
-}
-
-/// An argument of the original, from its builtins.
-fn compose(
-    code: &mut Code,
-    module: &Module,
-    argument: &FunctionArgument,
-    mut builtin: impl FnMut(&mut Code, &Option<Binding>, Handle<naga::Type>) -> Handle<Expression>,
-) -> Handle<Expression> {
-    match &module.types[argument.ty].inner {
-        TypeInner::Struct { members, .. } if argument.binding.is_none() => {
-            let components = members
-                .iter()
-                .map(|member| builtin(code, &member.binding, member.ty))
-                .collect();
-            code.add(Expression::Compose {
-                ty: argument.ty,
-                components,
-            })
-        }
-        _ => builtin(code, &argument.binding, argument.ty),
-    }
 }
