@@ -60,7 +60,9 @@ pub mod scenes;
 pub mod sri;
 pub mod view;
 
+pub use analyse::{Analyser, AnalyserError};
 pub use dispatch::{Mismatch, Pass, PassError, PassOptions};
 pub use plan::{Plan, Scene};
 pub use rate::Rate;
 pub use view::{View, ViewError};
+pub use vrcs_passes::Source;

@@ -185,6 +185,18 @@ impl View {
         Ok(view)
     }
 
+    /// Makes a view of a picture of `width` × `height` pixels, with the default [`BuildOptions`].
+    ///
+    /// # Errors
+    /// As [`View::new`].
+    pub fn of_size(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        [width, height]: [u32; 2],
+    ) -> Result<View, ViewError> {
+        View::new(device, queue, [width, height, 1], BuildOptions::default())
+    }
+
     /// Gives the textures that the coverage declares; to be called again whenever a texture or the extent changes.
     ///
     /// # Errors

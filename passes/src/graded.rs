@@ -19,7 +19,9 @@
 //! ```wgsl
 //! // `noise` is 0 to 1 (without 1), another value for each pixel and frame
 //! fn vrcs_share(rays: u32, noise: f32) -> u32 {
-//!     return max(1u, u32(f32(rays) / f32(1u + vrcs_copies()) + noise));
+//!     let sharing = 1u + vrcs_copies();
+//!     let one_more = noise * f32(sharing) < f32(rays % sharing);
+//!     return max(1u, rays / sharing + u32(one_more));
 //! }
 //! ```
 //!
@@ -49,18 +51,22 @@ use crate::{
 pub const RAYS: &str = "\
 // `noise` is 0 to 1 (without 1), another value for each pixel and frame
 fn vrcs_share(rays: u32, noise: f32) -> u32 {
-    return max(1u, u32(f32(rays) / f32(1u + vrcs_copies()) + noise));
+    let sharing = 1u + vrcs_copies();
+    let one_more = noise * f32(sharing) < f32(rays % sharing);
+    return max(1u, rays / sharing + u32(one_more));
 }
 ";
 
 /// How many of `rays` a pixel fires that shares with `copies` others, and the weight that keeps their sum right on average: 1,
 /// but less where the share is below one ray, since none is not allowed.
 pub fn share(rays: u32, copies: u32, noise: f32) -> (u32, f32) {
-    let share = rays as f32 / (1 + copies) as f32;
-    match share < 1.0 {
-        true => (1, share),
-        false => ((share + noise) as u32, 1.0),
+    let sharing = 1 + copies;
+    if rays < sharing {
+        return (1, rays as f32 / sharing as f32);
     }
+    // in whole numbers: a sum `rays / sharing + noise` rounds up to the next one where noise is nearly 1
+    let one_more = noise * (sharing as f32) < (rays % sharing) as f32;
+    (rays / sharing + u32::from(one_more), 1.0)
 }
 
 /// Whether a function is the stub of `vrcs_rate()`.

@@ -62,6 +62,14 @@ impl Frame {
             resolution_scale: 1.0,
         }
     }
+
+    /// Frame `number` of a sequence in which the size stays and nothing is cut: there is history but at frame 0.
+    pub fn numbered(size: [u32; 2], number: u32) -> Frame {
+        Frame {
+            has_history: number > 0,
+            ..Frame::of_size(size)
+        }
+    }
 }
 
 /// One frame's inputs. What the settings do not call for is not looked at. All are row by row.

@@ -13,6 +13,7 @@
 //! | [`inputs`] | what goes in and what comes out | |
 //! | [`exact`] | the oracle, in f64 | |
 //! | [`integer`] | the deterministic path on the CPU | |
+//! | [`analyser`] | the stage of one view in one piece | |
 //! | [`gpu`] | the deterministic path on the GPU, by [`Plan`](crate::plan::Plan) | |
 //! | [`pipeline`] | the order of the steps, shared by both | |
 //!
@@ -24,6 +25,7 @@
 //! assert_eq!(found.sri, vrcs::sri::Sri::uniform(8, 8, vrcs::Rate::R2X2));
 //! ```
 
+pub mod analyser;
 pub mod content;
 pub mod exact;
 pub mod fixed;
@@ -44,6 +46,7 @@ pub mod smoothing;
 #[cfg(test)]
 mod tests;
 
+pub use analyser::{Analyser, AnalyserError};
 pub use gpu::Analysis;
 pub use inputs::{Colour, Frame, Inputs, Output, WrongInput};
 pub use reasons::Reason;

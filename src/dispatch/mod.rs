@@ -45,6 +45,16 @@ impl Default for PassOptions<'_> {
     }
 }
 
+impl<'p> PassOptions<'p> {
+    /// The defaults, for a shader whose bind groups have the caller's layouts: `layouts[n]` is that of group n.
+    pub fn with_layouts(layouts: &'p [Option<&'p wgpu::BindGroupLayout>]) -> PassOptions<'p> {
+        PassOptions {
+            layouts,
+            ..PassOptions::default()
+        }
+    }
+}
+
 /// Why a [`Pass`] could not be made.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
