@@ -359,3 +359,99 @@ fn statistics_count_what_a_wave_does() {
         (0, 2)
     );
 }
+
+/// The table of rotation: every coverage of a quad, and of the quads of a block, under every rate, in every phase, at an extent
+/// that cuts blocks. Whatever is covered, the primary is covered with it, and is its own primary; and over four frames the
+/// primary of a half rate takes both pixels in turn, that of a whole quad two corners, that of three pixels all three.
+#[test]
+fn a_primary_is_of_its_own_group_for_every_coverage_rate_and_phase() {
+    let gpu = common::gpu();
+    // a block of 4x4 for each mask; even rows of blocks: the mask is of pixels in each quad; odd ones: of quads
+    let extent = [16 * 4 - 1, 4 * 7 * 2 - 1];
+    let block_of = |at: u32| [at % extent[0] / 4, at / extent[0] / 4];
+    let is_covered = |at: u32| {
+        let [x, y] = [at % extent[0], at / extent[0]];
+        let [mask, row] = block_of(at);
+        let bit = match row % 2 {
+            0 => y % 2 * 2 + x % 2,
+            _ => y / 2 % 2 * 2 + x / 2 % 2,
+        };
+        mask >> bit & 1 == 1
+    };
+    let sri = Sri::from_fn(extent[0], extent[1], |_, y| {
+        Rate::ALL[(y * 2 / 4 / 2) as usize].code()
+    });
+    for sky in [None, Some(Sky::Surface(0))] {
+        let coverage = Coverage {
+            surfaces: true,
+            sky,
+            ..Coverage::default()
+        };
+        let samples = Samples {
+            size: extent,
+            surfaces: (0..extent[0] * extent[1])
+                .map(|at| u32::from(is_covered(at)))
+                .collect(),
+            ..Samples::default()
+        };
+        let options = everything(BuildOptions {
+            largest: Rate::R4X4,
+            coverage,
+            full_tiles: FullTiles::Keep,
+            ..BuildOptions::default()
+        });
+        let mut primaries: Vec<Vec<u32>> = Vec::new();
+        for order in [
+            Order::Fixed,
+            Order::Rotating(0),
+            Order::Rotating(1),
+            Order::Rotating(2),
+            Order::Rotating(3),
+        ] {
+            let frame = Frame {
+                order,
+                samples: Some(&samples),
+            };
+            let twin = hold(&gpu, &sri, extent, options, &frame);
+            assert_partition(&twin);
+            let map = twin.map();
+            for (at, &primary) in (0..).zip(&map) {
+                assert_eq!(is_covered(at), is_covered(primary), "{order:?} {at}");
+                assert_eq!(map[primary as usize], primary, "{order:?} {at}");
+                let rate = Rate::ALL[(block_of(at)[1] / 2) as usize];
+                let near = [at % extent[0], at / extent[0]];
+                let far = [primary % extent[0], primary / extent[0]];
+                assert_eq!(near[0] / rate.width(), far[0] / rate.width());
+                assert_eq!(near[1] / rate.height(), far[1] / rate.height());
+            }
+            primaries.push(map);
+        }
+        // how many primaries the first pixel of a block's cover has had over the four frames
+        let turns = |[x, y]: [u32; 2]| {
+            let at = (y * extent[0] + x) as usize;
+            let mut seen: Vec<u32> = primaries[1..].iter().map(|map| map[at]).collect();
+            seen.sort_unstable();
+            seen.dedup();
+            seen.len()
+        };
+        let row_of = |rate: Rate| {
+            let row = Rate::ALL.iter().position(|known| *known == rate);
+            row.expect("a rate") as u32 * 8
+        };
+        let full_mask = 15 * 4;
+        assert_eq!(turns([full_mask, row_of(Rate::R1X1)]), 1);
+        for rate in [Rate::R1X2, Rate::R2X1, Rate::R2X2, Rate::R4X4] {
+            // the last column of blocks is cut by the extent; its first quads are whole
+            let turned = turns([full_mask, row_of(rate)]);
+            assert_eq!(turned, 2, "{rate}");
+        }
+        // three covered pixels of a quad, the fourth being sky: masks 7, 11, 13 and 14
+        if sky.is_none() {
+            continue;
+        }
+        for (mask, first) in [(7, [0, 0]), (11, [0, 0]), (13, [0, 0]), (14, [1, 0])] {
+            let at = [mask * 4 + first[0], row_of(Rate::R2X2) + first[1]];
+            assert_eq!(turns(at), 3, "{mask:04b}");
+        }
+    }
+}

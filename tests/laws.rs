@@ -37,6 +37,7 @@ macro_rules! laws {
 
 laws! {
     accumulate
+    asks_rate
     blocks
     branches
     buffer

@@ -13,19 +13,9 @@
 //! | graded | how many other pixels share this one's work | the block that they fill |
 //!
 //! So `n / (1 + vrcs_copies())` rays (slides, "Non-binary use of VRCS!") are all n at a primary whose result is copied, and a
-//! share of them where every pixel fires its own. Whole numbers would lose rays: round by chance, so that no pixel fires none
-//! and the mean over frames is right:
-//!
-//! ```wgsl
-//! // `noise` is 0 to 1 (without 1), another value for each pixel and frame
-//! fn vrcs_share(rays: u32, noise: f32) -> u32 {
-//!     let sharing = 1u + vrcs_copies();
-//!     let one_more = noise * f32(sharing) < f32(rays % sharing);
-//!     return max(1u, rays / sharing + u32(one_more));
-//! }
-//! ```
-//!
-//! That is [`RAYS`]; [`share`] is the same on the CPU, with what is left to weigh where even one ray is more than the share.
+//! share of them where every pixel fires its own. Whole numbers would lose rays, and one ray among four pixels would be none:
+//! [`RAYS`] is text for the shader that rounds by chance, so that no pixel fires none and the mean over frames is right. [`share`]
+//! is the same on the CPU.
 //!
 //! *Does* (graded mode): nothing is remapped, confined or copied; the entry point finds its pixel's byte first, and the stubs
 //! give what it says. *Guarantees*: the workgroup, every id and store are the author's. *Refuses*: a shader that calls neither,
@@ -47,26 +37,122 @@ use crate::{
     transform::{bindings, prologue},
 };
 
-/// The helper for a shader's own text: the number of rays, never 0, right on average.
+/// Helpers for a shader's own text, which calls `vrcs_copies()`:
+///
+/// - `vrcs_noise(pixel, frame)`: 0 to 1, without 1; another value for each pixel and frame. Any other noise will do.
+/// - `vrcs_share(rays, noise)`: how many of `rays` this pixel fires: `rays / (1 + copies)` rounded by chance, never 0. Where a
+///   share is one ray or more, the pixels of a group fire `rays` between them on average over frames.
+/// - `vrcs_share_weight(rays)`: what each of them counts: 1, but less where a share is less than one ray, since none is not
+///   allowed. Rays fired times their weight are `rays` for a group, on average, whatever its size.
+///
+/// Whole and broken parts are told apart by integers: a sum of a share and noise as floats rounds up to one ray too many.
 pub const RAYS: &str = "\
-// `noise` is 0 to 1 (without 1), another value for each pixel and frame
+fn vrcs_noise(pixel: vec2<u32>, frame: u32) -> f32 {
+    // PCG (Jarzynski and Olano, Hash Functions for GPU Rendering, JCGT 2020), once for each number
+    var state = 0u;
+    for (var i = 0u; i < 3u; i++) {
+        let number = select(select(frame, pixel.y, i == 1u), pixel.x, i == 0u);
+        state = (state ^ number) * 747796405u + 2891336453u;
+        let word = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
+        state = (word >> 22u) ^ word;
+    }
+    return f32(state >> 8u) / 16777216.0;
+}
+
 fn vrcs_share(rays: u32, noise: f32) -> u32 {
-    let sharing = 1u + vrcs_copies();
-    let one_more = noise * f32(sharing) < f32(rays % sharing);
-    return max(1u, rays / sharing + u32(one_more));
+    let pixels = 1u + vrcs_copies();
+    let more = noise * f32(pixels) < f32(rays % pixels);
+    return max(1u, rays / pixels + select(0u, 1u, more));
+}
+
+fn vrcs_share_weight(rays: u32) -> f32 {
+    return min(1.0, f32(rays) / f32(1u + vrcs_copies()));
 }
 ";
 
-/// How many of `rays` a pixel fires that shares with `copies` others, and the weight that keeps their sum right on average: 1,
-/// but less where the share is below one ray, since none is not allowed.
+/// How many of `rays` a pixel fires that shares with `copies` others, and the weight of each: see [`RAYS`].
 pub fn share(rays: u32, copies: u32, noise: f32) -> (u32, f32) {
-    let sharing = 1 + copies;
-    if rays < sharing {
-        return (1, rays as f32 / sharing as f32);
+    let pixels = 1 + copies;
+    let more = noise * (pixels as f32) < (rays % pixels) as f32;
+    let fired = (rays / pixels + u32::from(more)).max(1);
+    (fired, (rays as f32 / pixels as f32).min(1.0))
+}
+
+/// What a pixel shares, as the intrinsics tell it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Given {
+    /// How many other pixels share its work.
+    pub copies: u32,
+    /// The block that they fill.
+    pub rate: [u32; 2],
+}
+
+impl Given {
+    /// What the stubs say without the rewriter: nothing is shared.
+    pub const NOTHING: Given = Given {
+        copies: 0,
+        rate: [1, 1],
+    };
+}
+
+/// Whether an entry point asks for what its pixel shares.
+pub fn asks(module: &Module, entry: usize) -> bool {
+    let stubs = [
+        find(module, "vrcs_copies", false),
+        find(module, "vrcs_rate", true),
+    ];
+    let stubs: Vec<_> = stubs.into_iter().flatten().collect();
+    calls(module, &module.entry_points[entry].function, &stubs)
+}
+
+/// The original as it would be if every pixel shared this: its stubs give these numbers. Nothing else is changed, so it is what
+/// a check holds a rewritten shader against.
+pub fn with_given(original: &Module, given: Given) -> Module {
+    let mut module = original.clone();
+    let stubs = [
+        (find(original, "vrcs_copies", false), vec![given.copies]),
+        (find(original, "vrcs_rate", true), given.rate.to_vec()),
+    ];
+    for (stub, values) in stubs {
+        if let Some(stub) = stub {
+            give(&mut module.functions[stub], &values);
+        }
     }
-    // in whole numbers: a sum `rays / sharing + noise` rounds up to the next one where noise is nearly 1
-    let one_more = noise * (sharing as f32) < (rays % sharing) as f32;
-    (rays / sharing + u32::from(one_more), 1.0)
+    module
+}
+
+/// Lets a stub give constants.
+fn give(stub: &mut Function, values: &[u32]) {
+    let Some(result) = &stub.result else { return };
+    let ty = result.ty;
+    let mut expressions = naga::Arena::new();
+    let literals: Vec<_> = values
+        .iter()
+        .map(|&value| {
+            let literal = Expression::Literal(naga::Literal::U32(value));
+            expressions.append(literal, Span::UNDEFINED)
+        })
+        .collect();
+    let mut body = naga::Block::new();
+    let value = match literals.as_slice() {
+        [only] => *only,
+        _ => {
+            let start = expressions.len() as u32;
+            let components = literals.clone();
+            let pair = expressions.append(Expression::Compose { ty, components }, Span::UNDEFINED);
+            let emitted = Range::from_index_range(start..start + 1, &expressions);
+            body.push(Statement::Emit(emitted), Span::UNDEFINED);
+            pair
+        }
+    };
+    body.push(Statement::Return { value: Some(value) }, Span::UNDEFINED);
+    *stub = Function {
+        name: stub.name.clone(),
+        result: stub.result.clone(),
+        expressions,
+        body,
+        ..Function::default()
+    };
 }
 
 /// Whether a function is the stub of `vrcs_rate()`.

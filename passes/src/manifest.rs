@@ -177,11 +177,11 @@ impl Entry {
     /// The number of workgroups to dispatch for a logical extent, for the workgroup size that the original has with its
     /// overrides.
     pub fn groups_for(&self, extent: [u32; 3], original_workgroup_size: [u32; 3]) -> [u32; 3] {
-        match self.group {
-            Some(_) => std::array::from_fn(|axis| {
+        match self.group.is_some() || self.mode == Mode::Graded {
+            true => std::array::from_fn(|axis| {
                 extent[axis].div_ceil(original_workgroup_size[axis].max(1))
             }),
-            None => self.dispatch.groups(extent),
+            false => self.dispatch.groups(extent),
         }
     }
 }

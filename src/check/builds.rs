@@ -149,7 +149,7 @@ impl Session<'_> {
     }
 
     /// The mode of the rewritten shader.
-    fn mode(&self) -> Mode {
+    pub(super) fn mode(&self) -> Mode {
         self.rewritten.manifest.entries[0].mode
     }
 

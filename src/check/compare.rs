@@ -23,6 +23,21 @@ pub struct Group {
     pub members: Vec<[u32; 2]>,
 }
 
+impl Group {
+    /// A pixel for itself.
+    pub fn lone(pixel: [u32; 2]) -> Group {
+        Group {
+            primary: pixel,
+            members: vec![pixel],
+        }
+    }
+
+    /// Each member for itself.
+    pub fn apart(&self) -> impl Iterator<Item = Group> {
+        self.members.iter().copied().map(Group::lone)
+    }
+}
+
 /// The groups of a coordinate buffer, those of a single pixel included, confined to an extent: a group whose primary lies
 /// outside is re-homed to its first member inside. Sky is left out if the shader skips it.
 pub fn groups(coordinates: &Coordinates, extent: [u32; 2], skips_sky: bool) -> Vec<Group> {

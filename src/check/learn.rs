@@ -4,11 +4,17 @@
 //! *Refuses* (inconclusive): an original that differs from itself, that behaves differently while it is watched, or whose
 //! invocations store to one place.
 
+use std::collections::BTreeMap;
+
 use naga::{Handle, valid::GlobalUse};
-use vrcs_passes::instrument::{self, Instrumented, LogSize, Shape};
+use vrcs_passes::{
+    graded::Given,
+    instrument::{self, Instrumented, LogSize, Shape},
+};
 
 use super::{
     compare::Original,
+    given::Answered,
     inputs::{Made, Maker, Seeds},
     reference::{AddressBook, Log, position},
     run::{Outputs, Program},
@@ -32,8 +38,26 @@ pub(super) struct Set {
     /// Workgroups of the original dispatch.
     pub(super) groups: [u32; 3],
     pub(super) original: Original,
-    /// Outputs under each uniform rate, by the map that it gives, for the law of locality.
-    pub(super) uniform: Vec<(Vec<u32>, [u32; 2], Outputs)>,
+    /// Outputs under each uniform rate, for the law of locality.
+    pub(super) uniform: Vec<Uniform>,
+    /// What the original did with constant answers to what its pixel shares.
+    pub(super) answered: BTreeMap<Given, Answered>,
+    /// What it stored in all runs, and the sizes of the textures that its sites store to.
+    pub(super) logs: Vec<Log>,
+    pub(super) textures: Vec<Option<[u32; 3]>>,
+    /// All invocations of the original dispatch, and how many stores of one are logged.
+    pub(super) dispatched: usize,
+    pub(super) slots: u32,
+}
+
+/// What the rewritten shader wrote under one rate everywhere.
+pub(super) struct Uniform {
+    /// The effective map, for an extent.
+    pub(super) map: Vec<u32>,
+    pub(super) extent: [u32; 2],
+    /// What each invocation was told that it shares.
+    pub(super) answers: Vec<Given>,
+    pub(super) outputs: Outputs,
 }
 
 /// One run of the original.
@@ -140,10 +164,17 @@ impl Session<'_> {
         let Some(first) = runs.next() else {
             unreachable!("at least one set of data was tried");
         };
-        let logs = std::iter::once(first.log)
+        let logs: Vec<Log> = std::iter::once(first.log)
             .chain(runs.map(|run| run.log))
             .collect();
-        let original = self.original(&first.made, logs, sites, first.outputs);
+        let textures: Vec<Option<[u32; 3]>> = sites
+            .iter()
+            .map(|site| match shape_of(&first.made, site.global) {
+                Some(Shape::Texture(size)) => Some(size),
+                _ => None,
+            })
+            .collect();
+        let original = self.original(&first.made, &logs, &textures, sites, first.outputs);
         self.note_seen(&original);
         Ok(Set {
             made: first.made,
@@ -151,6 +182,11 @@ impl Session<'_> {
             groups: watch.groups,
             original,
             uniform: Vec::new(),
+            answered: BTreeMap::new(),
+            logs,
+            textures,
+            dispatched: watch.dispatched,
+            slots: watch.slots,
         })
     }
 
@@ -232,7 +268,8 @@ impl Session<'_> {
     fn original(
         &self,
         made: &[Made],
-        logs: Vec<Log>,
+        logs: &[Log],
+        textures: &[Option<[u32; 3]>],
         sites: Vec<instrument::Site>,
         outputs: Outputs,
     ) -> Original {
@@ -244,13 +281,6 @@ impl Session<'_> {
                     .iter()
                     .position(|m| m.resource.global == site.global);
                 found.unwrap_or_default()
-            })
-            .collect();
-        let textures: Vec<Option<[u32; 3]>> = sites
-            .iter()
-            .map(|site| match shape_of(made, site.global) {
-                Some(Shape::Texture(size)) => Some(size),
-                _ => None,
             })
             .collect();
         let stores = |log: &Log| -> Vec<bool> {
@@ -271,13 +301,13 @@ impl Session<'_> {
             })
             .collect();
         Original {
-            book: AddressBook::new(&logs, &textures),
+            book: AddressBook::new(logs, textures),
             stores_ever,
             depends_on_data: each.iter().any(|run| *run != each[0]),
-            log: logs
-                .into_iter()
-                .next()
-                .unwrap_or_else(|| unreachable!("at least one run")),
+            log: match logs.first() {
+                Some(first) => first.clone(),
+                None => unreachable!("at least one run"),
+            },
             sites,
             output_of_site,
             outputs,

@@ -22,6 +22,7 @@ mod builds;
 pub mod compare;
 pub mod coordinates;
 mod exact;
+mod given;
 pub mod gpu;
 pub mod inputs;
 mod learn;

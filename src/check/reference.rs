@@ -68,6 +68,11 @@ impl Log {
         &self.stores[invocation]
     }
 
+    /// Puts other stores in the place of an invocation's.
+    pub fn replace(&mut self, invocation: usize, stores: Vec<Stored>) {
+        self.stores[invocation] = stores;
+    }
+
     /// The number of invocations.
     pub fn invocations(&self) -> usize {
         self.stores.len()

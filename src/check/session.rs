@@ -9,8 +9,9 @@ use naga::{
 };
 use vrcs_passes::{
     Refusal, Rewritten, Source,
+    graded::Given,
     instrument::Shape,
-    options::{FullTiles, Linear, Sky},
+    options::{FullTiles, Linear, Mode, Sky},
 };
 
 use super::{
@@ -18,9 +19,10 @@ use super::{
     builds::Builds,
     compare::{Expected, Group, groups},
     coordinates::{self, build_on},
+    given::Asked,
     gpu::Gpu,
     inputs::{InputError, Made, MadeKind},
-    learn::Set,
+    learn::{Set, Uniform},
     rates::Pattern,
     run::{Outputs, RunError},
     verdict::Seen,
@@ -209,6 +211,8 @@ pub(super) struct Case {
     samples: Option<Samples>,
     pub(super) coordinates: Coordinates,
     pub(super) groups: Vec<Group>,
+    /// What each invocation is told that it shares, if the shader asks.
+    pub(super) answers: Vec<Given>,
 }
 
 impl Session<'_> {
@@ -235,6 +239,7 @@ impl Session<'_> {
         let sets = self.job.cases.div_ceil(CASES_PER_SET).max(1);
         let mut watch = self.watch(group_size)?;
         let mut builds = None;
+        let mut asked = Asked::of(self);
         let mut strict = [0, 0];
         for number in 0..sets + MORE_SETS {
             // more sets are made up, ever more varied, as long as there is a store that none has reached
@@ -249,7 +254,7 @@ impl Session<'_> {
                 none => none.insert(self.build(&set)?),
             };
             for case in number * CASES_PER_SET..number * CASES_PER_SET + cases {
-                let (all, sure) = self.try_case(builds, &mut set, case)?;
+                let (all, sure) = self.try_case(builds, asked.as_mut(), &mut set, case)?;
                 strict[0] += all;
                 strict[1] += sure;
                 progress(case);
@@ -281,7 +286,9 @@ impl Session<'_> {
             _ if is_cut => Pattern::Uniform(crate::Rate::R1X1),
             _ => Pattern::of_case(number + uniform, self.job.largest()),
         };
-        let is_part = is_cut || in_set > uniform && rng.u8(0..3) == 0;
+        // in graded mode what lies outside the extent is the shader's own affair
+        let is_graded = self.mode() == Mode::Graded;
+        let is_part = !is_graded && (is_cut || in_set > uniform && rng.u8(0..3) == 0);
         let is_mixed = in_set > uniform && !is_cut;
         let order = match is_mixed && rng.bool() {
             true => Order::Rotating(rng.u32(0..4)),
@@ -290,7 +297,7 @@ impl Session<'_> {
         let is_covered = is_mixed && rng.u8(0..3) == 0;
         // the first pixel of a block lies in the picture if any other does; another primary may lie beyond it, where a shader
         // reads nothing, or whose stores it leaves out one by one
-        let whole = match order == Order::Fixed && !is_covered {
+        let whole = match is_graded || order == Order::Fixed && !is_covered {
             true => [grid[0], grid[1]],
             false => {
                 let reach = set.original.reach();
@@ -321,7 +328,7 @@ impl Session<'_> {
         };
         let options = self.build_options(full_tiles, coverage);
         let coordinates = cpu::build_frame(&sri, built_for, &options, &frame);
-        let skips_sky = self.job.options.sky == Sky::Skip;
+        let skips_sky = !is_graded && self.job.options.sky == Sky::Skip;
         Case {
             number,
             pattern,
@@ -331,6 +338,7 @@ impl Session<'_> {
             coordinates,
             samples,
             sri,
+            answers: Vec::new(),
         }
     }
 
@@ -338,6 +346,7 @@ impl Session<'_> {
     fn try_case(
         &mut self,
         builds: &Builds,
+        asked: Option<&mut Asked>,
         set: &mut Set,
         number: u32,
     ) -> Result<(usize, usize), Stop> {
@@ -345,18 +354,28 @@ impl Session<'_> {
         if !case.enabled {
             let [width, height] = case.extent;
             case.groups = (0..width * height)
-                .map(|i| {
-                    let pixel = [i % width, i / width];
-                    Group {
-                        primary: pixel,
-                        members: vec![pixel],
-                    }
-                })
+                .map(|i| Group::lone([i % width, i / width]))
                 .collect();
         }
-        self.check_builder(&case)?;
+        let Some(asked) = asked else {
+            return self.hold_case(builds, set, &case);
+        };
+        let plain = self.answer(asked, set, &mut case)?;
+        let held = self.hold_case(builds, set, &case);
+        set.original = plain;
+        held
+    }
+
+    /// Holds the laws in a case; the places that were due, and how many of them for sure.
+    fn hold_case(
+        &mut self,
+        builds: &Builds,
+        set: &mut Set,
+        case: &Case,
+    ) -> Result<(usize, usize), Stop> {
+        self.check_builder(case)?;
         let expected = set.original.expected(&case.groups);
-        let (outputs, counts) = self.run_case(builds, set, &case)?;
+        let (outputs, counts) = self.run_case(builds, set, case)?;
 
         let is_full = case.extent == [0, 1].map(|axis| set.original.log.grid()[axis]);
         let law = match (case.pattern, case.enabled) {
@@ -366,7 +385,7 @@ impl Session<'_> {
             _ => Law::Contract,
         };
         if let Some(difference) = set.original.compare(&expected, &outputs) {
-            return Err(self.failed(set, &case, law, &difference, &outputs));
+            return Err(self.failed(set, case, law, &difference, &outputs));
         }
         self.hold(law);
         let of_output: Vec<&[u32]> = builds
@@ -375,13 +394,17 @@ impl Session<'_> {
             .map(|&(base, units)| &counts[base as usize..(base + units) as usize])
             .collect();
         if let Some(difference) = set.original.compare_counts(&expected, &of_output) {
-            return Err(self.failed(set, &case, Law::Partition, &difference, &outputs));
+            return Err(self.failed(set, case, Law::Partition, &difference, &outputs));
         }
         self.hold(Law::Partition);
-        self.check_locality(set, &case, &expected, &outputs)?;
+        self.check_locality(set, case, &expected, &outputs)?;
         if matches!(case.pattern, Pattern::Uniform(_)) && case.enabled && is_full {
-            set.uniform
-                .push((case.coordinates.map(), case.extent, outputs));
+            set.uniform.push(Uniform {
+                map: case.coordinates.map(),
+                extent: case.extent,
+                answers: case.answers.clone(),
+                outputs,
+            });
         }
         Ok(set.original.strictness(&expected))
     }
@@ -431,16 +454,21 @@ impl Session<'_> {
         }
         let map = case.coordinates.map();
         let width = case.coordinates.extent[0];
-        for (uniform_map, extent, uniform) in &set.uniform {
+        let grid = set.original.log.grid();
+        for uniform in &set.uniform {
+            let extent = uniform.extent;
             let difference = set.original.compare_where(
                 expected,
                 outputs,
-                uniform,
+                &uniform.outputs,
                 &|pixel: [u32; 3], primary: [u32; 3]| {
                     let here = map[(pixel[1] * width + pixel[0]) as usize];
-                    let there = uniform_map[(pixel[1] * extent[0] + pixel[0]) as usize];
+                    let there = uniform.map[(pixel[1] * extent[0] + pixel[0]) as usize];
+                    let [x, y, z] = primary;
+                    let invocation = ((z * grid[1] + y) * grid[0] + x) as usize;
                     [here % width, here / width] == [there % extent[0], there / extent[0]]
-                        && [primary[0], primary[1]] == [here % width, here / width]
+                        && [x, y] == [here % width, here / width]
+                        && case.answers.get(invocation) == uniform.answers.get(invocation)
                 },
             );
             if let Some(difference) = difference {

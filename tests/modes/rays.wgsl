@@ -1,0 +1,15 @@
+// How many rays a pixel fires in a frame.
+fn vrcs_copies() -> u32 { return 0u; }
+
+struct Frame { size: vec2<u32>, number: u32, rays: u32 }
+
+@group(0) @binding(0) var<storage, read_write> result: array<u32>;
+@group(0) @binding(1) var<uniform> frame: Frame;
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= frame.size) {
+        return;
+    }
+    result[id.y * frame.size.x + id.x] = vrcs_share(frame.rays, vrcs_noise(id.xy, frame.number));
+}
