@@ -171,7 +171,7 @@ fn with_helpers(text: &str) -> String {
 /// on its own. No pixel ever fires none. Where a share is less than a ray, each counts less.
 #[test]
 fn rays_are_never_none_and_right_on_average() {
-    const FRAMES: u32 = 64;
+    const FRAMES: u32 = 24;
     let gpu = common::gpu();
     let extent = [64, 48];
     let text = with_helpers(include_str!("rays.wgsl"));

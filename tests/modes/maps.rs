@@ -38,7 +38,7 @@ fn hold(gpu: &Gpu, scene: &Scene, view: &View, sky: Sky, shaders: &[(Mode, Shade
         for (at, word) in words.into_iter().enumerate() {
             let wanted = match is_sky[at] && sky == Sky::Skip {
                 true => POISON,
-                false => map[at] % width | (map[at] / width) << 16,
+                false => (map[at] % width) | ((map[at] / width) << 16),
             };
             assert_eq!(
                 word,
@@ -279,7 +279,7 @@ fn off_is_every_pixel_for_itself() {
     view.set_enabled(&gpu.queue, false);
     for (mode, shader) in shaders(&gpu, Sky::Skip, &options) {
         for (at, word) in (0..).zip(shader.draw(&gpu, &view, 0, 0)) {
-            let own = at % extent[0] | (at / extent[0]) << 16;
+            let own = (at % extent[0]) | ((at / extent[0]) << 16);
             assert_eq!(word, own, "{mode:?}");
         }
     }
