@@ -16,6 +16,7 @@ use crate::{
         primary::Order,
     },
     coverage::{Contradiction, Textures},
+    dispatch::bindings::{Bindings, layout_entries},
     sri::{Sri, SriLayout},
 };
 
@@ -151,7 +152,8 @@ struct ParamsFor {
     group_size: [u32; 3],
     mode: Mode,
     buffer: wgpu::Buffer,
-    group: wgpu::BindGroup,
+    /// Bind groups, by the parameters' binding number.
+    groups: Vec<(u32, wgpu::BindGroup)>,
 }
 
 impl View {
@@ -370,41 +372,76 @@ impl View {
         self.builder.record(pass, bound, [width, height]);
     }
 
-    /// The layout of the bind group that rewritten shaders need.
-    pub fn bind_group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
-        let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::COMPUTE,
-            ty: wgpu::BindingType::Buffer {
-                ty,
-                has_dynamic_offset: false,
-                min_binding_size: None,
-            },
-            count: None,
-        };
+    /// The layout of a bind group for the added bindings alone, the parameters' number being `first`.
+    pub(crate) fn bind_group_layout(device: &wgpu::Device, first: u32) -> wgpu::BindGroupLayout {
         device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("vrcs"),
-            entries: &[
-                entry(0, wgpu::BufferBindingType::Uniform),
-                entry(1, wgpu::BufferBindingType::Storage { read_only: true }),
-            ],
+            entries: &layout_entries(first),
         })
     }
 
-    /// The bind group for shaders of an original workgroup size and mode, made at the first call for each; `None` if the build
-    /// does not serve the mode.
-    pub(crate) fn bind_group(&self, group_size: [u32; 3], mode: Mode) -> Option<wgpu::BindGroup> {
-        let coords = match mode {
+    /// The coordinate buffer of a mode; `None` if the build does not serve it.
+    fn coords_of(&self, mode: Mode) -> Option<&wgpu::Buffer> {
+        match mode {
             Mode::Tiled => self.buffers.coords.as_ref(),
             Mode::List => self.buffers.list.as_ref(),
             Mode::Classified => self.buffers.classified.as_ref(),
             Mode::Graded => self.buffers.graded.as_ref(),
             Mode::Auto => None,
-        }?;
+        }
+    }
+
+    /// The parameters and the coordinate buffer for shaders of an original workgroup size and mode; `None` if the build does not
+    /// serve the mode.
+    pub(crate) fn bindings(
+        &self,
+        group_size: [u32; 3],
+        mode: Mode,
+    ) -> Option<(wgpu::Buffer, wgpu::Buffer)> {
+        let coords = self.coords_of(mode)?;
         let mut known = self.params.lock().unwrap_or_else(PoisonError::into_inner);
-        let is_same = |known: &&ParamsFor| known.group_size == group_size && known.mode == mode;
-        if let Some(known) = known.iter().find(is_same) {
-            return Some(known.group.clone());
+        let known = self.params_for(&mut known, group_size, mode);
+        Some((known.buffer.clone(), coords.clone()))
+    }
+
+    /// The bind group for shaders of an original workgroup size and mode, the parameters' number being `first`, made at the
+    /// first call for each; `None` if the build does not serve the mode.
+    pub(crate) fn bind_group(
+        &self,
+        group_size: [u32; 3],
+        mode: Mode,
+        first: u32,
+    ) -> Option<wgpu::BindGroup> {
+        let coords = self.coords_of(mode)?;
+        let mut known = self.params.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = self.params_for(&mut known, group_size, mode);
+        if let Some((_, group)) = known.groups.iter().find(|(number, _)| *number == first) {
+            return Some(group.clone());
+        }
+        let bindings = Bindings {
+            params: known.buffer.clone(),
+            coords: coords.clone(),
+            first,
+        };
+        let group = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("vrcs"),
+            layout: &View::bind_group_layout(&self.device, first),
+            entries: &bindings.entries(),
+        });
+        known.groups.push((first, group.clone()));
+        Some(group)
+    }
+
+    /// The parameters for shaders of an original workgroup size and mode, made at the first call for each.
+    fn params_for<'k>(
+        &self,
+        known: &'k mut Vec<ParamsFor>,
+        group_size: [u32; 3],
+        mode: Mode,
+    ) -> &'k mut ParamsFor {
+        let is_same = |known: &ParamsFor| known.group_size == group_size && known.mode == mode;
+        if let Some(index) = known.iter().position(is_same) {
+            return &mut known[index];
         }
         let params = Params::new(
             self.extent,
@@ -425,27 +462,14 @@ impl View {
             Err(error) => unreachable!("a buffer that is mapped at its creation: {error}"),
         }
         buffer.unmap();
-        let group = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("vrcs"),
-            layout: &View::bind_group_layout(&self.device),
-            entries: &[
-                wgpu::BindGroupEntry {
-                    binding: 0,
-                    resource: buffer.as_entire_binding(),
-                },
-                wgpu::BindGroupEntry {
-                    binding: 1,
-                    resource: coords.as_entire_binding(),
-                },
-            ],
-        });
         known.push(ParamsFor {
             group_size,
             mode,
             buffer,
-            group: group.clone(),
+            groups: Vec::new(),
         });
-        Some(group)
+        let last = known.len() - 1;
+        &mut known[last]
     }
 
     /// The arguments of a pass's indirect dispatch, and where they stand.

@@ -167,9 +167,24 @@ fn bad_input_is_refused_with_one_clear_message() {
         "no compute entry point is called `mian`",
     );
     assert_refused(
-        &[&with("groups.wgsl")[..], &["--max-bind-groups", "2"]].concat(),
+        &[&with("groups.wgsl")[..], &["--place", "1:0"]].concat(),
         1,
-        "the shader uses all 2 bind groups",
+        "cannot be binding 0 of group 1: that is `b`",
+    );
+    assert_refused(
+        &[&with("groups.wgsl")[..], &["--place", "7:0"]].concat(),
+        1,
+        "there is no bind group 7",
+    );
+    assert_refused(
+        &[&with("groups.wgsl")[..], &["--max-storage-buffers", "0"]].concat(),
+        1,
+        "uses 0 storage buffers; with the coordinate buffer that makes 1",
+    );
+    assert_refused(
+        &[&with("groups.wgsl")[..], &["--place", "1"]].concat(),
+        2,
+        "is not GROUP:BINDING",
     );
 }
 

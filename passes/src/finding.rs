@@ -58,8 +58,8 @@ codes! {
     /// The entry point stores nothing at an address that depends on both axes of its invocation grid, so there is no
     /// pixel that a duplicate could take from its primary.
     NothingPerPixel = 3, Refusal;
-    /// The rewritten shader needs two bindings of its own, and the shader leaves no bind group free for them.
-    NoFreeGroup = 4, Refusal;
+    /// The rewritten shader needs two bindings of its own, and no bind group of the device has two free numbers for them.
+    NoFreeBinding = 4, Refusal;
     /// The entry point has been rewritten before.
     AlreadyRewritten = 5, Refusal;
     /// The address of a store cannot be computed a second time, so it is not known where a duplicate would have stored:
@@ -94,6 +94,10 @@ codes! {
     NothingGraded = 22, Refusal;
     /// The shader has barriers or workgroup memory, so its workgroups have to be tiles: the mode can only be `tiled`.
     NeedsTiles = 23, Refusal;
+    /// The place that was asked for the added bindings is another binding's.
+    PlaceTaken = 24, Refusal;
+    /// The entry point uses as many uniform or storage buffers as the device is taken to have, and one of each is added.
+    TooManyBuffers = 25, Refusal;
     /// The rewriter made something that naga does not accept: a defect of this crate.
     Defect = 99, Refusal;
     /// A store runs only for some ids. It follows its primary: a duplicate gets a copy if its primary ran the store.

@@ -202,7 +202,7 @@ pub(crate) fn give_rate_its_meaning(module: &mut Module, imports: &mut Imports, 
 /// Rewrites entry points for graded mode.
 ///
 /// # Errors
-/// If an entry point calls neither intrinsic, or no bind group is free.
+/// If an entry point calls neither intrinsic, or the added bindings have no place.
 pub(crate) fn rewrite(
     original: &Module,
     info: &ModuleInfo,
@@ -210,7 +210,7 @@ pub(crate) fn rewrite(
     options: &Options,
 ) -> Result<Rewritten, Refusal> {
     let mut module = original.clone();
-    let placement = bindings::place(original, options)?;
+    let placement = bindings::place(original, info, entries, options)?;
     let mut imports = prologue::imports(placement);
     let prelude = prelude(options);
     let copies = find(original, "vrcs_copies", false);
@@ -243,6 +243,7 @@ pub(crate) fn rewrite(
         if auto::works_together(original, info, index) {
             return Err(auto::needs_tiles(&name, options.mode).into());
         }
+        bindings::check_limits(original, info, index, options)?;
         begin(&mut module, index, grade);
         let targets = Vec::new();
         let mut entry = manifest::entry(original, info, index, options, placement, &targets);

@@ -165,7 +165,7 @@ fn rewrite_here(
         return graded::rewrite(module, info, &chosen, options);
     }
     let is_only = chosen.len() == 1;
-    let mut rewriter = Rewriter::new(module, info, options)?;
+    let mut rewriter = Rewriter::new(module, info, &chosen, options)?;
     let mut refusals = Vec::new();
     let mut left_alone = Vec::new();
     for index in chosen {
@@ -270,9 +270,10 @@ impl<'r> Rewriter<'r> {
     fn new(
         original: &'r Module,
         info: &'r ModuleInfo,
+        entries: &[usize],
         options: &'r Options,
     ) -> Result<Rewriter<'r>, Refusal> {
-        let placement = transform::bindings::place(original, options)?;
+        let placement = transform::bindings::place(original, info, entries, options)?;
         Ok(Rewriter {
             original,
             info,
@@ -299,6 +300,8 @@ impl<'r> Rewriter<'r> {
         }
         let facts = Facts::new(self.original, index);
         let mut plan = plan::plan(self.original, self.info, &facts, index, self.options)?;
+        transform::bindings::check_limits(self.original, self.info, index, self.options)
+            .map_err(|finding| vec![finding])?;
         let applied = transform::apply(
             &mut self.module,
             self.original,

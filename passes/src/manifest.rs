@@ -13,7 +13,7 @@ use crate::{
     options::{Atomics, FullTiles, Linear, MaxRate, Mode, Options, Policy, Sky},
     plan::{TargetPlan, regions::report::Group},
     source::Source,
-    transform::bindings::Placement,
+    transform::bindings::{self, Placement},
 };
 
 /// The version of the manifest's form.
@@ -147,6 +147,12 @@ pub struct Entry {
     pub atomics: Atomics,
     /// The added bindings.
     pub bindings: Vec<Binding>,
+    /// Whether the entry point has bindings of its own in the group of the added ones. Then one bind group holds both.
+    #[serde(default)]
+    pub shares_group: bool,
+    /// What it needs of a device, the added buffers included.
+    #[serde(default)]
+    pub needs: Needs,
     /// The resources that it stores to.
     pub targets: Vec<Target>,
     /// For a shader whose invocations work together: how it was taken apart. Then the tile is the workgroup, its overrides
@@ -182,6 +188,35 @@ impl Entry {
                 extent[axis].div_ceil(original_workgroup_size[axis].max(1))
             }),
             false => self.dispatch.groups(extent),
+        }
+    }
+}
+
+/// What a rewritten entry point needs of a device's limits, by wgpu's names for them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Needs {
+    /// Bind groups, up to the highest that is used.
+    pub max_bind_groups: u32,
+    /// Uniform buffers.
+    pub max_uniform_buffers_per_shader_stage: u32,
+    /// Storage buffers.
+    pub max_storage_buffers_per_shader_stage: u32,
+}
+
+impl Needs {
+    fn new(module: &Module, info: &ModuleInfo, index: usize, placement: Placement) -> Needs {
+        let uses = info.get_entry_point(index);
+        let groups = module
+            .global_variables
+            .iter()
+            .filter(|&(handle, _)| !uses[handle].is_empty())
+            .filter_map(|(_, global)| Some(global.binding?.group))
+            .chain([placement.params.group]);
+        let own = bindings::buffers(module, info, index);
+        Needs {
+            max_bind_groups: groups.max().map_or(0, |highest| highest + 1),
+            max_uniform_buffers_per_shader_stage: own.uniform.len() as u32 + 1,
+            max_storage_buffers_per_shader_stage: own.storage.len() as u32 + 1,
         }
     }
 }
@@ -284,7 +319,7 @@ pub fn preconditions() -> Vec<String> {
 }
 
 /// The added bindings, for a placement.
-pub fn bindings(placement: Placement) -> Vec<Binding> {
+pub fn added(placement: Placement) -> Vec<Binding> {
     let field = |name: &str, offset, ty: &str| Field {
         name: name.to_owned(),
         offset,
@@ -371,7 +406,9 @@ pub fn entry(
         },
         linear: options.linear.clone(),
         atomics: options.atomics,
-        bindings: bindings(placement),
+        bindings: added(placement),
+        shares_group: bindings::is_shared(module, info, index, placement),
+        needs: Needs::new(module, info, index, placement),
         targets: targets
             .iter()
             .filter_map(|target| {

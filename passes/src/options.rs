@@ -125,6 +125,36 @@ impl std::fmt::Display for Linear {
     }
 }
 
+/// Where the added bindings go: this number of this group and the next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct Place {
+    /// The bind group.
+    pub group: u32,
+    /// The parameters' number; the coordinate buffer has the next.
+    pub binding: u32,
+}
+
+impl std::str::FromStr for Place {
+    type Err = String;
+
+    /// Understands `GROUP:BINDING`.
+    fn from_str(text: &str) -> Result<Place, Self::Err> {
+        let parts = text.split_once(':');
+        let numbers =
+            parts.and_then(|(group, binding)| Some((group.parse().ok()?, binding.parse().ok()?)));
+        match numbers {
+            Some((group, binding)) => Ok(Place { group, binding }),
+            None => Err(format!("`{text}` is not GROUP:BINDING, two numbers")),
+        }
+    }
+}
+
+impl std::fmt::Display for Place {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}:{}", self.group, self.binding)
+    }
+}
+
 /// How the work between a shader's barriers is saved.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -157,6 +187,19 @@ pub struct Options {
     pub sky: Sky,
     /// How many bind groups does the device have? WebGPU's default is 4.
     pub max_bind_groups: u32,
+    /// How many bindings can a group have? Numbers are below that. wgpu's default is 1000.
+    #[serde(default = "default_bindings_per_group")]
+    pub max_bindings_per_group: u32,
+    /// How many uniform buffers can a shader have? WebGPU's default is 12; one is added.
+    #[serde(default = "default_uniform_buffers")]
+    pub max_uniform_buffers: u32,
+    /// How many storage buffers can a shader have? WebGPU's default is 8; one is added.
+    #[serde(default = "default_storage_buffers")]
+    pub max_storage_buffers: u32,
+    /// Where do the added bindings go? If nothing is said: into the first free group, else into free numbers of a group that is
+    /// in use.
+    #[serde(default)]
+    pub place: Option<Place>,
     /// How is the work between barriers saved?
     #[serde(default)]
     pub barriers: Barriers,
@@ -179,6 +222,18 @@ fn default_workgroup_memory() -> u32 {
     16384
 }
 
+fn default_bindings_per_group() -> u32 {
+    1000
+}
+
+fn default_uniform_buffers() -> u32 {
+    12
+}
+
+fn default_storage_buffers() -> u32 {
+    8
+}
+
 impl Options {
     /// What becomes of a target's stores.
     pub fn policy(&self, target: &str) -> Policy {
@@ -196,6 +251,10 @@ impl Default for Options {
             full_tiles: FullTiles::default(),
             sky: Sky::default(),
             max_bind_groups: 4,
+            max_bindings_per_group: default_bindings_per_group(),
+            max_uniform_buffers: default_uniform_buffers(),
+            max_storage_buffers: default_storage_buffers(),
+            place: None,
             barriers: Barriers::default(),
             max_workgroup_memory: default_workgroup_memory(),
             targets: BTreeMap::new(),

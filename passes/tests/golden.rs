@@ -2,7 +2,7 @@
 //!
 //! `rewritten/*.wgsl` hold a shader, a line `// ---- becomes ----`, and the shader that it becomes; `refused/*.wgsl` hold a shader,
 //! a line `// ---- is refused ----`, and what the author is told. What every rewritten shader shares (the prelude) is left out
-//! of all but `rewritten/whole.wgsl`. `BLESS=1 cargo test -p vrcs-passes --test golden` writes the second halves anew.
+//! of all but `rewritten/whole.wgsl`. A first line `// options: {..}` sets [`Options`]. `BLESS=1 cargo test -p vrcs-passes --test golden` writes the second halves anew.
 
 use std::path::{Path, PathBuf};
 
@@ -51,6 +51,21 @@ fn name(path: &Path) -> String {
         .expect("a name")
         .to_string_lossy()
         .into_owned()
+}
+
+/// The options that a shader's first line sets, as JSON over the defaults.
+fn options(shader: &str) -> Options {
+    let line = shader.lines().next().unwrap_or_default();
+    let Some(json) = line.strip_prefix("// options: ") else {
+        return Options::default();
+    };
+    let set: serde_json::Value = serde_json::from_str(json).expect("options as JSON");
+    let mut all = serde_json::to_value(Options::default()).expect("options");
+    for (name, value) in set.as_object().expect("an object") {
+        assert!(all.get(name).is_some(), "there is no option `{name}`");
+        all[name] = value.clone();
+    }
+    serde_json::from_value(all).expect("options that fit")
 }
 
 /// Holds the second half of each file against what `make` gives for the first.
@@ -109,7 +124,7 @@ fn shaders_become_what_is_written_beside_them() {
     compare("rewritten", "// ---- becomes ----", |name, before| {
         let source = Source::new(name, before);
         let (module, info) = input::wgsl(&source).expect("a valid shader");
-        let rewritten = rewrite(&module, &info, Entries::PerPixel, &Options::default())
+        let rewritten = rewrite(&module, &info, Entries::PerPixel, &options(before))
             .unwrap_or_else(|refusal| panic!("{}", refusal.render(&source, Color::Never)));
         let text = emit::wgsl(&rewritten.module, &rewritten.info).expect("text");
         let mut warnings: String = rewritten
@@ -138,7 +153,7 @@ fn authors_are_told_why_their_shader_is_refused() {
         let source = Source::new(name, before);
         let (module, info) =
             input::wgsl(&source).unwrap_or_else(|invalid| panic!("{name}: {}", invalid.rendered));
-        match rewrite(&module, &info, Entries::PerPixel, &Options::default()) {
+        match rewrite(&module, &info, Entries::PerPixel, &options(before)) {
             Ok(rewritten) => format!("It was not refused:\n{:?}", rewritten.manifest),
             Err(refusal) => refusal.render(&source, Color::Never),
         }

@@ -188,10 +188,17 @@ fn summary(entry: &manifest::Entry) -> String {
         .iter()
         .map(|t| format!("`{}`", t.name))
         .collect();
-    let group = entry.bindings.first().map_or(0, |binding| binding.group);
+    let numbers: Vec<String> = (entry.bindings.iter())
+        .map(|added| format!("{}:{}", added.group, added.binding))
+        .collect();
+    let shared = match entry.shares_group {
+        true => ", in a group of the shader's",
+        false => "",
+    };
     format!(
-        "note: `{}` is variable-rate: {}; bind group {group}",
+        "note: `{}` is variable-rate: {}; bindings {}{shared}",
         entry.name,
         targets.join(", "),
+        numbers.join(" and "),
     )
 }

@@ -9,7 +9,7 @@ use vrcs_passes::{
     input,
     manifest::Manifest,
     near,
-    options::{Atomics, FullTiles, Linear, MaxRate, Mode, Policy, Sky},
+    options::{Atomics, FullTiles, Linear, MaxRate, Mode, Place, Policy, Sky},
     told::Told,
 };
 
@@ -87,6 +87,16 @@ pub(super) struct How {
     /// Bind groups of the device.
     #[arg(long, default_value_t = 4, value_name = "N")]
     max_bind_groups: u32,
+    /// Uniform buffers that the device has for a shader.
+    #[arg(long, default_value_t = 12, value_name = "N")]
+    max_uniform_buffers: u32,
+    /// Storage buffers that the device has for a shader.
+    #[arg(long, default_value_t = 8, value_name = "N")]
+    max_storage_buffers: u32,
+    /// Where the two added bindings go: this number of this group and the next. If not given: into the first free group, else
+    /// into free numbers of the group that is used least.
+    #[arg(long, value_name = "GROUP:BINDING")]
+    place: Option<Place>,
     /// What becomes of a target's stores: `copy` for the duplicates, `leader` for the primary alone, `refuse`. Targets that
     /// are not named are copied.
     #[arg(long = "target", value_name = "NAME=POLICY", value_parser = parse_target)]
@@ -203,6 +213,9 @@ impl How {
             },
             wave: self.wave,
             max_bind_groups: self.max_bind_groups,
+            max_uniform_buffers: self.max_uniform_buffers,
+            max_storage_buffers: self.max_storage_buffers,
+            place: self.place,
             targets: self.targets.iter().cloned().collect(),
             atomics: match self.atomics {
                 AtomicsName::Refuse => Atomics::Refuse,

@@ -1,12 +1,16 @@
 //! The dispatch stage: a rewritten shader as a compute pipeline, recorded into the caller's compute pass.
 
+pub mod bindings;
 mod prewritten;
 pub mod reflect;
 
 use std::{collections::HashMap, sync::Arc};
 
 use naga::{ShaderStage, back::pipeline_constants::process_overrides, valid::ModuleInfo};
-use vrcs_passes::{Color, Finding, Options, Refusal, Source, manifest, options::Mode};
+use vrcs_passes::{
+    Color, Finding, Options, Refusal, Source, manifest,
+    options::{Mode, Place},
+};
 
 use crate::{rate::Rate, view::View};
 use reflect::Unbindable;
@@ -18,10 +22,12 @@ pub struct PassOptions<'p> {
     pub label: Option<&'p str>,
     /// The entry point; the only compute entry point if there is just one.
     pub entry: Option<&'p str>,
-    /// How the shader is rewritten. By default its mode is [chosen](Mode::Auto) for it: see [`Pass::mode`].
+    /// How the shader is rewritten. By default its mode is [chosen](Mode::Auto) for it: see [`Pass::mode`]. Limits are the
+    /// device's, but `max_bind_groups`, which may be lower.
     pub rewrite: Options,
     /// The layouts of the shader's own bind groups. If there are none, they are read off the shader; see
-    /// [`Pass::bind_group_layout`].
+    /// [`Pass::bind_group_layout`]. A layout of the group in which the added bindings lie has their
+    /// [entries](bindings::layout_entries), too.
     pub layouts: &'p [Option<&'p wgpu::BindGroupLayout>],
     /// Values of the shader's `override` constants.
     pub constants: &'p [(&'p str, f64)],
@@ -79,13 +85,25 @@ pub enum PassError {
     /// wgpu cannot bind one of the shader's resources.
     #[error(transparent)]
     Unbindable(#[from] Unbindable),
-    /// The given layouts use the bind group that the rewritten shader needs for itself.
+    /// The given layouts use the bind group that was chosen for the added bindings, which the shader itself leaves free.
     #[error(
-        "bind group {group} is used for the coordinate buffer, but the layouts define it: leave it `None`"
+        "bind group {group} is used for the added bindings, but the layouts define it: leave it `None`, or choose numbers in \
+         one of the groups with `Options::place` and give its layout the entries of `vrcs::dispatch::bindings::layout_entries`"
     )]
     GroupTaken {
         /// The group.
         group: u32,
+    },
+    /// The added bindings lie in a group of the shader's own, and the given layouts leave it out.
+    #[error(
+        "bind group {group} holds bindings of the shader's and the two added ones, {first} and the next: give a layout for it \
+         that has the entries of `vrcs::dispatch::bindings::layout_entries({first})`, too"
+    )]
+    GroupMissing {
+        /// The group.
+        group: u32,
+        /// The parameters' binding number.
+        first: u32,
     },
     /// The device has too few bind groups.
     #[error(
@@ -103,7 +121,10 @@ pub enum PassError {
 #[derive(Debug)]
 pub struct Pass {
     pipeline: wgpu::ComputePipeline,
-    group: u32,
+    /// Where the added bindings are.
+    added: Place,
+    /// Whether their group is the caller's.
+    is_shared: bool,
     layouts: Vec<Option<wgpu::BindGroupLayout>>,
     manifest: manifest::Entry,
     original_group_size: [u32; 3],
@@ -174,11 +195,12 @@ impl Pass {
             Some(name) => vrcs_passes::Entries::Named(name),
             None => vrcs_passes::Entries::PerPixel,
         };
+        let limits = device.limits();
         let rewrite_options = Options {
-            max_bind_groups: options
-                .rewrite
-                .max_bind_groups
-                .min(device.limits().max_bind_groups),
+            max_bind_groups: options.rewrite.max_bind_groups.min(limits.max_bind_groups),
+            max_bindings_per_group: limits.max_bindings_per_bind_group,
+            max_uniform_buffers: limits.max_uniform_buffers_per_shader_stage,
+            max_storage_buffers: limits.max_storage_buffers_per_shader_stage,
             ..options.rewrite.clone()
         };
         let rewritten =
@@ -188,8 +210,14 @@ impl Pass {
         };
         let index = entry_index(&rewritten.module, &manifest.name);
         let original_group_size = group_size(module, info, &manifest.name, options.constants)?;
-        let group = manifest.bindings[0].group;
-
+        let added = place_of(&manifest)?;
+        let is_given = |group: u32| {
+            let layout = options.layouts.get(group as usize);
+            layout.is_some_and(Option::is_some)
+        };
+        if is_given(added.group) && !manifest.shares_group && options.rewrite.place.is_none() {
+            return Err(PassError::GroupTaken { group: added.group });
+        }
         let layouts = match options.layouts {
             [] => {
                 let resources = reflect::resources(&rewritten.module, &rewritten.info, index)?;
@@ -197,7 +225,8 @@ impl Pass {
             }
             given => given.iter().map(|layout| layout.cloned()).collect(),
         };
-        let pipeline_layout = pipeline_layout(device, &layouts, group, options)?;
+        let (pipeline_layout, is_shared) =
+            pipeline_layout(device, &layouts, added, manifest.shares_group, options)?;
         let shader = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: options.label,
             source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(rewritten.module.clone())),
@@ -215,7 +244,8 @@ impl Pass {
         });
         Ok(Pass {
             pipeline,
-            group,
+            added,
+            is_shared,
             layouts,
             manifest,
             original_group_size,
@@ -244,9 +274,10 @@ impl Pass {
         self.original_group_size
     }
 
-    /// The layout of one of the shader's own bind groups; `None` if it uses no such group.
+    /// The layout of one of the shader's own bind groups; `None` if it uses no such group. That of a
+    /// [shared](Pass::shared_group) group has the added bindings, too.
     pub fn bind_group_layout(&self, group: u32) -> Option<&wgpu::BindGroupLayout> {
-        match group == self.group {
+        match group == self.added.group && !self.is_shared {
             true => None,
             false => self.layouts.get(group as usize)?.as_ref(),
         }
@@ -284,22 +315,24 @@ impl Pass {
         Ok(())
     }
 
-    /// Records a dispatch over a view's extent. Sets the pipeline and this crate's own bind group; the caller has set
-    /// theirs, with dynamic offsets and immediates as they need.
+    /// Records a dispatch over a view's extent. Sets the pipeline and this crate's own bind group, unless that is
+    /// [shared](Pass::shared_group); the caller has set theirs, with dynamic offsets and immediates as they need.
     ///
     /// # Panics
     /// If the pass does not [fit](Pass::check) the view.
     pub fn dispatch(&self, pass: &mut wgpu::ComputePass, view: &View) {
         let mode = self.manifest.mode;
-        let group = match self.check(view) {
-            Ok(()) => view.bind_group(self.original_group_size, mode),
-            Err(mismatch) => panic!("{mismatch}"),
-        };
-        let Some(group) = group else {
-            unreachable!("the build serves the mode");
-        };
+        if let Err(mismatch) = self.check(view) {
+            panic!("{mismatch}");
+        }
         pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(self.group, &group, &[]);
+        if !self.is_shared {
+            let group = view.bind_group(self.original_group_size, mode, self.added.binding);
+            let Some(group) = group else {
+                unreachable!("the build serves the mode");
+            };
+            pass.set_bind_group(self.added.group, &group, &[]);
+        }
         match view.arguments(mode, self.manifest.sky) {
             Some((arguments, at)) if view.is_enabled() => {
                 pass.dispatch_workgroups_indirect(arguments, at);
@@ -347,30 +380,57 @@ pub(crate) fn group_size(
     Ok(resolved.entry_points[entry_index(&resolved, entry)].workgroup_size)
 }
 
+/// Where the added bindings are.
+fn place_of(manifest: &manifest::Entry) -> Result<Place, PassError> {
+    let unfit = |why: &str| PassError::Manifest(why.to_owned());
+    let [params, coords] = manifest.bindings.as_slice() else {
+        return Err(unfit("it does not name the two added bindings"));
+    };
+    let is_pair = params.group == coords.group
+        && params.binding.checked_add(1) == Some(coords.binding)
+        && (params.name.as_str(), coords.name.as_str()) == ("params", "coords");
+    match is_pair {
+        true => Ok(Place {
+            group: params.group,
+            binding: params.binding,
+        }),
+        false => Err(unfit("the added bindings are not two in a row")),
+    }
+}
+
+/// The layout of a pipeline, and whether the group of the added bindings is the caller's.
 fn pipeline_layout(
     device: &wgpu::Device,
     layouts: &[Option<wgpu::BindGroupLayout>],
-    group: u32,
+    added: Place,
+    shares_group: bool,
     options: &PassOptions,
-) -> Result<wgpu::PipelineLayout, PassError> {
+) -> Result<(wgpu::PipelineLayout, bool), PassError> {
+    let Place { group, binding } = added;
     let groups = device.limits().max_bind_groups;
     if group >= groups {
         return Err(PassError::TooManyGroups { group, groups });
     }
-    let own = View::bind_group_layout(device);
     let mut all: Vec<Option<&wgpu::BindGroupLayout>> = layouts.iter().map(Option::as_ref).collect();
     while all.len() <= group as usize {
         all.push(None);
     }
-    if all[group as usize].is_some() && !options.layouts.is_empty() {
-        return Err(PassError::GroupTaken { group });
+    let is_given = !options.layouts.is_empty() && all[group as usize].is_some();
+    let is_shared = shares_group || is_given;
+    if is_shared && all[group as usize].is_none() {
+        return Err(PassError::GroupMissing {
+            group,
+            first: binding,
+        });
     }
-    all[group as usize] = Some(&own);
-    Ok(
-        device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: options.label,
-            bind_group_layouts: &all,
-            immediate_size: options.immediate_size,
-        }),
-    )
+    let own = (!is_shared).then(|| View::bind_group_layout(device, binding));
+    if let Some(own) = &own {
+        all[group as usize] = Some(own);
+    }
+    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: options.label,
+        bind_group_layouts: &all,
+        immediate_size: options.immediate_size,
+    });
+    Ok((layout, is_shared))
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use vrcs_passes::{Source, input, manifest::Manifest};
 
-use super::{Pass, PassError, PassOptions, entry_index, pipeline_layout, reflect};
+use super::{Pass, PassError, PassOptions, entry_index, pipeline_layout, place_of, reflect};
 
 impl Pass {
     /// Makes the pipeline of a shader that has been rewritten: its WGSL text, and its manifest as JSON.
@@ -50,9 +50,7 @@ impl Pass {
                 )
             })?;
         }
-        let Some(group) = entry.bindings.first().map(|binding| binding.group) else {
-            return Err(unfit("it names no added binding".to_owned()));
-        };
+        let added = place_of(&entry)?;
         let layouts = match options.layouts {
             [] => {
                 let resources = reflect::resources(&module, &info, index)?;
@@ -60,7 +58,8 @@ impl Pass {
             }
             given => given.iter().map(|layout| layout.cloned()).collect(),
         };
-        let layout = pipeline_layout(device, &layouts, group, options)?;
+        let (layout, is_shared) =
+            pipeline_layout(device, &layouts, added, entry.shares_group, options)?;
         let shader = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: options.label,
             source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(module.clone())),
@@ -78,7 +77,8 @@ impl Pass {
         });
         Ok(Pass {
             pipeline,
-            group,
+            added,
+            is_shared,
             layouts,
             original_group_size,
             warnings: Vec::new(),

@@ -2,7 +2,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use vrcs_passes::{Code, Options, emit, input::Shader, rewrite};
+use vrcs_passes::{Code, Options, emit, input::Shader, options::Atomics, rewrite};
 
 use super::{crates::Package, verdicts};
 
@@ -27,7 +27,7 @@ pub struct Row {
     pub entry: String,
     /// What became of it under the default options.
     pub became: Became,
-    /// What becomes of it where the user has chosen more bind groups.
+    /// What becomes of it with what a user may choose.
     pub chosen: Became,
 }
 
@@ -53,20 +53,21 @@ pub fn first_line(text: &str) -> String {
     text.lines().next().unwrap_or_default().to_owned()
 }
 
-/// More bind groups than WebGPU's default, as many devices have: what a user may ask for.
-pub const MORE_GROUPS: u32 = 8;
+/// What a user may choose: more buffers than WebGPU's default limits, as many devices have, and atomics by weight.
+pub fn choice() -> Options {
+    Options {
+        max_uniform_buffers: 32,
+        max_storage_buffers: 32,
+        atomics: Atomics::Weight,
+        ..Options::default()
+    }
+}
 
-/// What becomes of an entry point under the default options, and where the device has more bind groups.
+/// What becomes of an entry point under the default options, and with what a user may choose.
 pub fn rewritten(shader: &Shader, entry: &str) -> (Became, Became) {
     let default = rewritten_with(shader, entry, &Options::default());
     let chosen = match &default {
-        Became::Refused(reasons) if reasons.iter().any(|(code, _)| *code == Code::NoFreeGroup) => {
-            let options = Options {
-                max_bind_groups: MORE_GROUPS,
-                ..Options::default()
-            };
-            rewritten_with(shader, entry, &options)
-        }
+        Became::Refused(_) => rewritten_with(shader, entry, &choice()),
         _ => default.clone(),
     };
     (default, chosen)
@@ -112,17 +113,17 @@ pub fn print(rows: &[Row]) -> String {
     };
     let nothing = rows
         .iter()
-        .filter(|row| row.chosen == Became::NothingToDo)
+        .filter(|row| row.became == Became::NothingToDo)
         .count();
     let unread = rows
         .iter()
-        .filter(|row| matches!(row.chosen, Became::NotRead(_)))
+        .filter(|row| matches!(row.became, Became::NotRead(_)))
         .count();
     let mut text = format!(
         "# Published shaders\n\n\
          Written by `BLESS=1 cargo test --test corpus`; the test fails where it is not current.\n\n\
          - Rewritten, of the entry points that store per pixel, with the default options: {}.\n\
-         - The same where the device has {MORE_GROUPS} bind groups (`max_bind_groups`): {}.\n\
+         - The same with what a user may choose (32 buffers of each kind a stage, `--atomics weight`): {}.\n\
          - Entry points that store nothing per pixel: {nothing}. Files that are not shaders on their own: {unread}.\n\n\
          | crate | file | entry point | becomes | because | verdict of a reader |\n\
          |---|---|---|---|---|---|\n",
@@ -131,26 +132,27 @@ pub fn print(rows: &[Row]) -> String {
     );
     for row in rows {
         let note = match (&row.became, &row.chosen) {
-            (Became::Refused(_), Became::Rewritten) => {
-                format!("with {MORE_GROUPS} bind groups; refused with 4 (VRCS004)")
-            }
-            (_, Became::Refused(reasons)) => {
+            (Became::Refused(reasons), _) => {
                 let mut codes: Vec<String> =
                     reasons.iter().map(|(code, _)| code.to_string()).collect();
                 codes.dedup();
-                format!("{}: {}", codes.join(", "), reasons[0].1)
+                let choice = match row.chosen {
+                    Became::Rewritten => " (rewritten by choice)",
+                    _ => "",
+                };
+                format!("{}: {}{choice}", codes.join(", "), reasons[0].1)
             }
-            (_, Became::NotRead(reason) | Became::Defect(reason)) => reason.clone(),
+            (Became::NotRead(reason) | Became::Defect(reason), _) => reason.clone(),
             _ => String::new(),
         };
-        let became = match &row.chosen {
+        let became = match &row.became {
             Became::NotRead(_) => "not read",
             Became::Rewritten => "rewritten",
             Became::NothingToDo => "nothing to do",
             Became::Refused(_) => "refused",
             Became::Defect(_) => "defect",
         };
-        let verdict = match row.chosen {
+        let verdict = match row.became {
             Became::Refused(_) => verdicts::of(&row.package, &row.file, &row.entry).unwrap_or(""),
             _ => "",
         };
