@@ -59,6 +59,8 @@ pub mod rate;
 pub mod scenes;
 pub mod sri;
 pub mod view;
+#[cfg(feature = "cli")]
+pub mod web;
 
 pub use analyse::{Analyser, AnalyserError};
 pub use dispatch::{Mismatch, Pass, PassError, PassOptions};

@@ -41,6 +41,60 @@ struct Params {
     layers: u32,
 }
 
+impl Params {
+    /// The parameters of a build. `sample` is the coverage textures' scale, and which of a pixel's texels is looked at.
+    fn new(options: &BuildOptions, extent: [u32; 3], order: Order, sample: [u32; 3]) -> Params {
+        let size = [extent[0], extent[1]];
+        let layout = CoordLayout::new(size, options);
+        let lists = ListLayout::new(size, options);
+        let coverage = &options.coverage;
+        let [depth_scale, depth_bias] = coverage
+            .depth
+            .and_then(|depth| depth.kind.to_inverse())
+            .unwrap_or_default();
+        let tangents = match coverage.normals {
+            Some(Normals::Rebuilt { tangents, .. }) => tangents,
+            _ => [1.0; 2],
+        };
+        let [scale, x, y] = sample;
+        Params {
+            extent: size,
+            sample_at: [x, y],
+            plane: [0, 1].map(|axis| size[axis] as f32 / (2.0 * tangents[axis])),
+            sample_scale: scale,
+            tiles_per_row: layout.tiles[0],
+            tile_count: layout.tile_count(),
+            entries: layout.entries,
+            entries_per_tile: layout.entries_per_tile,
+            full: options.full(),
+            largest: u32::from(options.largest.code()),
+            sri_pitch: SriLayout::new(size[0], size[1]).pitch / 4,
+            phase: order.code(),
+            list_capacity: lists.capacity,
+            list_stride: lists.stride,
+            mixed: lists.mixed(),
+            graded_pitch: lists.graded_pitch,
+            wave: options.wave,
+            depth_scale,
+            depth_bias,
+            depth_tolerance: coverage
+                .depth
+                .map_or(0.0, |depth| 0.5f32.powi(depth.tolerance as i32)),
+            normal_tolerance: coverage.normals.map_or(1, Normals::tolerance),
+            sky: match coverage.sky {
+                Some(Sky::Triangle(sky) | Sky::Surface(sky)) => sky,
+                _ => 0,
+            },
+            layers: extent[2],
+        }
+    }
+}
+
+/// The bytes of the parameters of a build without coverage, for a host that is not this one.
+pub(crate) fn params(options: &BuildOptions, extent: [u32; 3], order: Order) -> Vec<u8> {
+    bytemuck::bytes_of(&Params::new(options, extent, order, [0; 3])).to_vec()
+}
+
 /// The parameters of `shaders/finish.wgsl`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
@@ -221,6 +275,33 @@ impl Sizes {
     }
 }
 
+/// What the kernels are compiled with.
+pub(crate) fn defs(options: &BuildOptions) -> Vec<(&'static str, u32)> {
+    let (modes, coverage) = (options.modes, &options.coverage);
+    let mut defs = vec![
+        ("TILE_WIDTH", options.tile[0]),
+        ("TILE_HEIGHT", options.tile[1]),
+    ];
+    let switches = [
+        ("TILED", modes.tiled),
+        ("LIST", modes.list),
+        ("CLASSIFIED", modes.classified),
+        ("GRADED", modes.graded),
+        ("EFFECTIVE", options.effective),
+        ("STATISTICS", options.statistics),
+        ("COUNTERS", has_counters(options)),
+        ("ARGUMENTS", has_lists(options)),
+        ("WHOLE_WORDS", options.tile[0].is_multiple_of(8)),
+        (
+            "ONE_PLANE",
+            coverage.normals.is_some() && coverage.depth.is_some(),
+        ),
+    ];
+    defs.extend(switches.iter().filter(|s| s.1).map(|&(name, _)| (name, 1)));
+    defs.extend(coverage.defs());
+    defs
+}
+
 fn has_lists(options: &BuildOptions) -> bool {
     options.modes.list || options.modes.classified
 }
@@ -266,27 +347,7 @@ impl Builder {
             (4, Resource::Arguments, has_lists(&options)),
             (5, Resource::Statistics, options.statistics),
         ];
-        let mut defs = vec![
-            ("TILE_WIDTH", options.tile[0]),
-            ("TILE_HEIGHT", options.tile[1]),
-        ];
-        let switches = [
-            ("TILED", modes.tiled),
-            ("LIST", modes.list),
-            ("CLASSIFIED", modes.classified),
-            ("GRADED", modes.graded),
-            ("EFFECTIVE", options.effective),
-            ("STATISTICS", options.statistics),
-            ("COUNTERS", has_counters(&options)),
-            ("ARGUMENTS", has_lists(&options)),
-            ("WHOLE_WORDS", options.tile[0].is_multiple_of(8)),
-            (
-                "ONE_PLANE",
-                coverage.normals.is_some() && coverage.depth.is_some(),
-            ),
-        ];
-        defs.extend(switches.iter().filter(|s| s.1).map(|&(name, _)| (name, 1)));
-        defs.extend(coverage.defs());
+        let defs = defs(&options);
         Builder {
             options,
             build: Kernel::new(device, shader!("build.wgsl"), "build", &defs, &build),
@@ -335,49 +396,7 @@ impl Builder {
     /// Sets the extent of the picture, and how primaries are chosen, for dispatches that are submitted from now on.
     pub fn set(&self, queue: &wgpu::Queue, bound: &BoundBuilder, extent: [u32; 3], order: Order) {
         let options = &self.options;
-        let size = [extent[0], extent[1]];
-        let layout = CoordLayout::new(size, options);
-        let lists = ListLayout::new(size, options);
-        let coverage = &options.coverage;
-        let [depth_scale, depth_bias] = coverage
-            .depth
-            .and_then(|depth| depth.kind.to_inverse())
-            .unwrap_or_default();
-        let tangents = match coverage.normals {
-            Some(Normals::Rebuilt { tangents, .. }) => tangents,
-            _ => [1.0; 2],
-        };
-        let [scale, x, y] = bound.sample;
-        let params = Params {
-            extent: size,
-            sample_at: [x, y],
-            plane: [0, 1].map(|axis| size[axis] as f32 / (2.0 * tangents[axis])),
-            sample_scale: scale,
-            tiles_per_row: layout.tiles[0],
-            tile_count: layout.tile_count(),
-            entries: layout.entries,
-            entries_per_tile: layout.entries_per_tile,
-            full: options.full(),
-            largest: u32::from(options.largest.code()),
-            sri_pitch: SriLayout::new(size[0], size[1]).pitch / 4,
-            phase: order.code(),
-            list_capacity: lists.capacity,
-            list_stride: lists.stride,
-            mixed: lists.mixed(),
-            graded_pitch: lists.graded_pitch,
-            wave: options.wave,
-            depth_scale,
-            depth_bias,
-            depth_tolerance: coverage
-                .depth
-                .map_or(0.0, |depth| 0.5f32.powi(depth.tolerance as i32)),
-            normal_tolerance: coverage.normals.map_or(1, Normals::tolerance),
-            sky: match coverage.sky {
-                Some(Sky::Triangle(sky) | Sky::Surface(sky)) => sky,
-                _ => 0,
-            },
-            layers: extent[2],
-        };
+        let params = Params::new(options, extent, order, bound.sample);
         queue.write_buffer(&bound.params, 0, bytemuck::bytes_of(&params));
         if let Some((buffer, _)) = &bound.finish {
             let params = FinishParams {

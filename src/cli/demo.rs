@@ -1,12 +1,15 @@
 //! `vrcs demo`
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use super::{Failure, parse_size, talk};
+use vrcs_passes::Source;
+
+use super::{Failure, files, parse_size, talk};
 use crate::{
     analyse::content::Sensitivity,
     check::{Verdict, gpu::Gpu},
     demo::{Demo, DemoError, Shown},
+    web,
 };
 
 #[derive(Debug, clap::Args)]
@@ -24,6 +27,10 @@ pub(super) struct Arguments {
     /// The adapter: a part of its name. See `vrcs adapters`.
     #[arg(long, value_name = "NAME")]
     adapter: Option<String>,
+    /// Write a page instead, `index.html` in this folder, that runs the original and the rewritten shader in the browser's own WebGPU;
+    /// needs no GPU here.
+    #[arg(long, value_name = "FOLDER")]
+    web: Option<PathBuf>,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
@@ -31,6 +38,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         return Err(Failure::Misused(
             "the threshold has to be 0 or more".to_owned(),
         ));
+    }
+    if let Some(folder) = &arguments.web {
+        return write_page(folder, arguments.size);
     }
     let gpu = Gpu::open(arguments.adapter.as_deref())?;
     let limit = gpu.device.limits().max_texture_dimension_2d;
@@ -59,6 +69,18 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Verdict::Passed => Ok(()),
         _ => Err(Failure::Refused("the laws do not hold".to_owned())),
     }
+}
+
+fn write_page(folder: &Path, size: [u32; 2]) -> Result<(), Failure> {
+    let source = Source::new("plaza.wgsl", crate::demo::SCENE);
+    let page =
+        web::page(&source, "plaza", size).map_err(|error| Failure::Outside(error.to_string()))?;
+    std::fs::create_dir_all(folder)
+        .map_err(|error| Failure::Outside(format!("{}: {error}", folder.display())))?;
+    let path = folder.join("index.html");
+    crate::atomic::write(&path, page.as_bytes())
+        .map_err(|error| files::unwritable(&path, &error))?;
+    talk::data(&path.display().to_string())
 }
 
 fn print(shown: &Shown) -> Result<(), Failure> {

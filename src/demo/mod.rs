@@ -28,7 +28,9 @@ use crate::{
 use deblocked::Deblock;
 use timing::Timer;
 
-const SCENE: &str = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/shaders/plaza.wgsl"));
+/// The scene.
+pub(crate) const SCENE: &str =
+    include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/shaders/plaza.wgsl"));
 
 /// What to show.
 #[derive(Clone, Debug)]

@@ -64,7 +64,21 @@ impl Drop for Browser {
 ///
 /// # Panics
 /// If Chromium does not do what it should.
+#[allow(dead_code, reason = "not every test compiles texts")]
 pub fn tint(texts: &BTreeMap<String, String>) -> Option<BTreeMap<String, Vec<String>>> {
+    let json = serde_json::to_string(texts).expect("texts");
+    let found = run(PAGE, &json)?;
+    let found: BTreeMap<String, Vec<String>> =
+        serde_json::from_value(found).expect("what the page found");
+    assert!(!found.contains_key("broken"), "{:?}", found["broken"]);
+    Some(found)
+}
+
+/// What a page posts to `/answer`, as JSON; it gets `texts` from `/texts`. `None` if there is no Chromium.
+///
+/// # Panics
+/// If Chromium does not do what it should.
+pub fn run(page: &str, texts: &str) -> Option<serde_json::Value> {
     let program = chromium()?;
     let profile = tempfile::tempdir().expect("a folder");
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
@@ -84,27 +98,24 @@ pub fn tint(texts: &BTreeMap<String, String>) -> Option<BTreeMap<String, Vec<Str
                 "--use-webgpu-adapter=swiftshader",
             ])
             .arg(format!("--user-data-dir={}", profile.path().display()))
-            .arg(format!("http://127.0.0.1:{port}/"))
+            .arg(format!("http://127.0.0.1:{port}/?answer"))
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(Stdio::null())
             .spawn()
             .expect("chromium starts"),
     );
-    let json = serde_json::to_string(texts).expect("texts");
-    let found = serve(&listener, &json);
-    assert!(!found.contains_key("broken"), "{:?}", found["broken"]);
-    Some(found)
+    Some(serve(&listener, page, texts))
 }
 
 /// Answers the page's requests until it has posted what it found.
-fn serve(listener: &TcpListener, json: &str) -> BTreeMap<String, Vec<String>> {
+fn serve(listener: &TcpListener, page: &str, texts: &str) -> serde_json::Value {
     listener.set_nonblocking(true).expect("a listener");
     let start = Instant::now();
     loop {
         match listener.accept() {
             Ok((stream, _)) => {
-                if let Some(found) = answer(stream, json) {
+                if let Some(found) = answer(stream, page, texts) {
                     return found;
                 }
             }
@@ -117,7 +128,7 @@ fn serve(listener: &TcpListener, json: &str) -> BTreeMap<String, Vec<String>> {
     }
 }
 
-fn answer(stream: TcpStream, json: &str) -> Option<BTreeMap<String, Vec<String>>> {
+fn answer(stream: TcpStream, page: &str, texts: &str) -> Option<serde_json::Value> {
     stream.set_nonblocking(false).expect("a stream");
     stream
         .set_read_timeout(Some(Duration::from_secs(10)))
@@ -139,8 +150,8 @@ fn answer(stream: TcpStream, json: &str) -> Option<BTreeMap<String, Vec<String>>
     let mut body = vec![0; length];
     reader.read_exact(&mut body).ok()?;
     let (kind, reply) = match request.split_whitespace().nth(1) {
-        Some("/") => ("text/html", PAGE),
-        Some("/texts") => ("application/json", json),
+        Some("/?answer") => ("text/html", page),
+        Some("/texts") => ("application/json", texts),
         _ => ("text/plain", ""),
     };
     let mut stream = stream;
