@@ -24,6 +24,16 @@ cargo fmt --all -- --check
 cargo clippy --workspace --all-targets -- -D warnings
 RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps
 
+if cargo deny --version >/dev/null 2>&1; then
+    echo "== licences, by cargo-deny"
+    cargo deny --offline check licenses bans sources
+fi
+msrv="$(sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)"
+if command -v rustup >/dev/null && rustup toolchain list | grep -q "^$msrv"; then
+    echo "== Rust $msrv, the oldest that will do"
+    cargo "+$msrv" check --workspace
+fi
+
 echo "== tests, on lavapipe"
 VK_DRIVER_FILES="${lavapipe%:}" cargo test --workspace
 
