@@ -58,6 +58,8 @@ pub mod rate;
 #[cfg(feature = "cli")]
 pub mod scenes;
 pub mod sri;
+#[cfg(feature = "cli")]
+pub mod tradeoff;
 pub mod view;
 #[cfg(feature = "cli")]
 pub mod web;

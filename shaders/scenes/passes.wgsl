@@ -141,9 +141,13 @@ fn composite(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let at = vec2<i32>(id.xy);
-    let rays_seen = traced_at(at);
-    var colour = textureLoad(light, at, 0).rgb * rays_seen.a + rays_seen.rgb;
     let inverse = textureLoad(depth, at, 0).x;
+    // nothing is traced from the sky, and the pass that traces may skip it
+    var rays_seen = vec4<f32>(0.0, 0.0, 0.0, 1.0);
+    if inverse > 0.0 {
+        rays_seen = traced_at(at);
+    }
+    var colour = textureLoad(light, at, 0).rgb * rays_seen.a + rays_seen.rgb;
     if FOG > 0.0 && inverse > 0.0 {
         let direction = normalize(ray(frame.camera, vec2<f32>(id.xy) + 0.5));
         let point = point_of(id.xy, inverse);

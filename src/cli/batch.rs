@@ -177,7 +177,7 @@ fn hash_of_inputs(inputs: &Inputs, work: &Work, wish: &Wish) -> Option<String> {
 }
 
 /// The program's size and time of change.
-fn build_of_the_program() -> String {
+pub(super) fn build_of_the_program() -> String {
     let program = std::env::current_exe().and_then(std::fs::metadata);
     program.map_or(String::new(), |data| {
         format!("{} {:?}", data.len(), data.modified().ok())

@@ -4,26 +4,46 @@ use std::path::{Path, PathBuf};
 
 use vrcs_passes::Source;
 
-use super::{Failure, files, parse_size, talk};
+use super::{Failure, batch::build_of_the_program, files, parse_size, talk, tradeoff};
 use crate::{
     analyse::content::Sensitivity,
     check::{Verdict, gpu::Gpu},
     demo::{Demo, DemoError, Shown},
+    scenes::{SceneName, UnknownScene},
+    tradeoff::{
+        run::Request,
+        setting::{Setting, presets},
+        sweep::Trial,
+    },
     web,
 };
 
+/// The size of the small scene's picture.
+const SIZE: [u32; 2] = [1280, 720];
+
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
+    /// A scene of `vrcs tradeoff`: its report with one point, in the folder of --out. Without, a small scene as pictures.
+    #[arg(value_name = "SCENE")]
+    scene: Option<String>,
+    /// The preset to show: Exact, Balanced or Fast.
+    #[arg(
+        long,
+        value_name = "NAME",
+        default_value = "Balanced",
+        requires = "scene"
+    )]
+    preset: String,
     /// Where the pictures go.
     #[arg(long, value_name = "FOLDER", default_value = "out")]
     out: PathBuf,
-    /// The size of the picture.
-    #[arg(long, value_parser = parse_size, default_value = "1280x720", value_name = "WxH")]
-    size: [u32; 2],
+    /// The size of the picture: by default 1280x720, or for a SCENE what `vrcs tradeoff` uses.
+    #[arg(long, value_parser = parse_size, value_name = "WxH")]
+    size: Option<[u32; 2]>,
     /// How large a difference may be, as a share of the luma around it: the paper's t, which is 0.15 for a 4K display at
-    /// arm's length, and less for larger pixels.
-    #[arg(long, default_value_t = 0.06, value_name = "T")]
-    threshold: f64,
+    /// arm's length, and less for larger pixels. By default 0.06, or for a SCENE the preset's.
+    #[arg(long, value_name = "T")]
+    threshold: Option<f64>,
     /// The adapter: a part of its name. See `vrcs adapters`.
     #[arg(long, value_name = "NAME")]
     adapter: Option<String>,
@@ -34,27 +54,31 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    if arguments.threshold.is_nan() || arguments.threshold < 0.0 {
+    if arguments.threshold.is_some_and(|t| t.is_nan() || t < 0.0) {
         return Err(Failure::Misused(
             "the threshold has to be 0 or more".to_owned(),
         ));
     }
     if let Some(folder) = &arguments.web {
-        return write_page(folder, arguments.size);
+        return write_page(folder, arguments.size.unwrap_or(SIZE));
+    }
+    if let Some(name) = &arguments.scene {
+        return scene(arguments, name);
     }
     let gpu = Gpu::open(arguments.adapter.as_deref())?;
+    let size = arguments.size.unwrap_or(SIZE);
     let limit = gpu.device.limits().max_texture_dimension_2d;
-    if arguments.size.iter().any(|&side| side > limit) {
+    if size.iter().any(|&side| side > limit) {
         return Err(Failure::Misused(format!(
             "the picture can be at most {limit} pixels wide and high on {}",
             gpu.info.name
         )));
     }
     let demo = Demo {
-        size: arguments.size,
+        size,
         out: arguments.out.clone(),
         sensitivity: Sensitivity {
-            threshold: arguments.threshold,
+            threshold: arguments.threshold.unwrap_or(0.06),
             ..Sensitivity::default()
         },
     };
@@ -81,6 +105,48 @@ fn write_page(folder: &Path, size: [u32; 2]) -> Result<(), Failure> {
     crate::atomic::write(&path, page.as_bytes())
         .map_err(|error| files::unwritable(&path, &error))?;
     talk::data(&path.display().to_string())
+}
+
+/// Shows one point of a scene of `vrcs tradeoff`, in the same page.
+fn scene(arguments: &Arguments, name: &str) -> Result<(), Failure> {
+    let scene: SceneName = name
+        .parse()
+        .map_err(|error: UnknownScene| Failure::Misused(error.to_string()))?;
+    let wanted = arguments.preset.to_lowercase();
+    let preset = presets()
+        .into_iter()
+        .find(|preset| preset.name.to_lowercase() == wanted)
+        .ok_or_else(|| {
+            Failure::Misused(format!(
+                "no preset is called `{}`; there are Exact, Balanced and Fast",
+                arguments.preset
+            ))
+        })?;
+    let gpu = Gpu::open(arguments.adapter.as_deref())?;
+    let trial = Trial {
+        preset: arguments.threshold.is_none().then_some(preset.name),
+        is_peer: false,
+        setting: Setting {
+            threshold: arguments.threshold.unwrap_or(preset.setting.threshold),
+            ..preset.setting
+        },
+    };
+    let request = Request {
+        scenes: vec![scene],
+        out: arguments.out.clone(),
+        size: tradeoff::size(&gpu, arguments.size)?,
+        frames: 4,
+        rounds: tradeoff::rounds(&gpu, true),
+        warm: tradeoff::warm(&gpu),
+        trials: vec![trial],
+        effects: false,
+        truth: false,
+        seed: 1,
+        command: tradeoff::command(),
+        build: build_of_the_program(),
+    };
+    let found = tradeoff::study_with_bar(&gpu, &request)?;
+    tradeoff::print(&found, &request.out)
 }
 
 fn print(shown: &Shown) -> Result<(), Failure> {

@@ -14,6 +14,7 @@ mod inputs;
 mod make;
 mod rewrite;
 mod talk;
+mod tradeoff;
 mod watch;
 
 use std::process::ExitCode;
@@ -53,6 +54,8 @@ enum Command {
     Analyse(analyse::Arguments),
     /// Shade a scene at full rate and at variable rate; write pictures and print what it saved.
     Demo(demo::Arguments),
+    /// Tell what accuracy costs in time: try settings on scenes, measure error and time, write a report.
+    Tradeoff(tradeoff::Arguments),
     /// List the codes of refusals and warnings, with what they mean.
     Codes(explain::Codes),
     /// List the adapters that `check` and `demo` can run on.
@@ -123,6 +126,7 @@ pub fn run() -> ExitCode {
         Command::Check(arguments) => check::run(&arguments),
         Command::Analyse(arguments) => analyse::run(&arguments),
         Command::Demo(arguments) => demo::run(&arguments),
+        Command::Tradeoff(arguments) => tradeoff::run(&arguments),
         Command::Adapters => adapters(),
         Command::CheckChild => check::child::run(),
     };

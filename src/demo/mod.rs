@@ -26,6 +26,7 @@ use crate::{
     view::View,
 };
 use deblocked::Deblock;
+pub use pictures::rate_color;
 use timing::Timer;
 
 /// The scene.

@@ -11,7 +11,7 @@ pub mod stage;
 
 use std::{fmt, str::FromStr};
 
-use vrcs_passes::Source;
+use vrcs_passes::{Source, options::Sky};
 
 use frame::Camera;
 use glam::Vec3;
@@ -47,6 +47,15 @@ pub enum PassName {
 }
 
 impl PassName {
+    /// What becomes of pixels that show nothing, if they are told: the sky's colour is made by the lighting and shown by the
+    /// composite; textures and rays have nothing to do there, and nothing reads what they would leave.
+    pub fn sky(self) -> Sky {
+        match self {
+            PassName::Material | PassName::Rays => Sky::Skip,
+            PassName::Lighting | PassName::Composite => Sky::Shade,
+        }
+    }
+
     /// The name of its entry point.
     pub fn entry(self) -> &'static str {
         match self {
@@ -135,11 +144,12 @@ impl SceneName {
         }
     }
 
-    /// Its shader: four files that make one module.
+    /// Its shader: five files that make one module.
     pub fn source(self) -> Source {
         let mut source = Source::new("scenes/common.wgsl", shader!("common.wgsl"));
         source.push(format!("scenes/{}.wgsl", self.name()), self.text());
         source.push("scenes/passes.wgsl", shader!("passes.wgsl"));
+        source.push("scenes/gbuffer.wgsl", shader!("gbuffer.wgsl"));
         match self.passes().contains(&PassName::Rays) {
             true => source.push("scenes/rays.wgsl", shader!("rays.wgsl")),
             false => source.push("scenes/norays.wgsl", shader!("norays.wgsl")),
@@ -154,6 +164,20 @@ impl SceneName {
             SceneName::Landscape | SceneName::Ramps => &[P::Material, P::Lighting, P::Composite],
             _ => &[P::Material, P::Lighting, P::Rays, P::Composite],
         }
+    }
+
+    /// The full-rate passes that make its G-buffer, in order: entry points.
+    pub fn gbuffer(self) -> Vec<&'static str> {
+        let declared = self.declared();
+        [
+            ("geometry", true),
+            ("surface_ids", declared.surface_ids),
+            ("material_ids", declared.materials),
+        ]
+        .into_iter()
+        .filter(|&(_, is_there)| is_there)
+        .map(|(entry, _)| entry)
+        .collect()
     }
 
     /// What a renderer would have for it.

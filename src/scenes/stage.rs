@@ -31,12 +31,17 @@ struct FullRate {
     group: wgpu::BindGroup,
 }
 
-/// A pass as its author wrote it, and as the rewriter makes it.
+/// A scene's passes as the rewriter makes them with certain options.
 #[derive(Debug)]
-struct Shading {
-    name: PassName,
-    full_rate: FullRate,
-    variable: Pass,
+pub struct Rewritten {
+    passes: Vec<(PassName, Pass)>,
+}
+
+impl Rewritten {
+    /// The passes, in order.
+    pub fn passes(&self) -> impl Iterator<Item = (PassName, &Pass)> {
+        self.passes.iter().map(|(name, pass)| (*name, pass))
+    }
 }
 
 /// A scene's G-buffer and passes.
@@ -46,15 +51,19 @@ pub struct Stage {
     size: [u32; 2],
     frame: wgpu::Buffer,
     textures: HashMap<&'static str, wgpu::Texture>,
-    geometry: FullRate,
-    passes: Vec<Shading>,
+    gbuffer: Vec<FullRate>,
+    camera_motion: Option<FullRate>,
+    passes: Vec<(PassName, FullRate)>,
+    rewritten: Rewritten,
 }
 
 /// The textures: name and format.
-const TEXTURES: [(&str, wgpu::TextureFormat); 9] = [
+const TEXTURES: [(&str, wgpu::TextureFormat); 11] = [
     ("ids", wgpu::TextureFormat::R32Uint),
     ("depth", wgpu::TextureFormat::R32Float),
     ("normals", wgpu::TextureFormat::Rgba16Float),
+    ("surfaces", wgpu::TextureFormat::R32Uint),
+    ("materials", wgpu::TextureFormat::Rgba8Unorm),
     ("motion", wgpu::TextureFormat::Rg32Float),
     ("albedo", wgpu::TextureFormat::Rgba8Unorm),
     ("surface", wgpu::TextureFormat::Rgba8Unorm),
@@ -112,30 +121,27 @@ impl Stage {
             frame: &frame,
             textures: &textures,
         };
-        let geometry = maker.full_rate("geometry").map_err(|e| failed(&e))?;
-        let mut passes = Vec::new();
-        for &name in scene.passes() {
-            let pass_options = PassOptions {
-                label: Some(name.entry()),
-                entry: Some(name.entry()),
-                rewrite: options.clone(),
-                ..PassOptions::default()
-            };
-            passes.push(Shading {
-                name,
-                full_rate: maker.full_rate(name.entry()).map_err(|e| failed(&e))?,
-                variable: Pass::from_module(&gpu.device, &module, &info, &source, &pass_options)
-                    .map_err(|e| failed(&e))?,
-            });
-        }
-        gpu.check().map_err(|e| failed(&e))?;
+        let full_rate = |entry: &str| maker.full_rate(entry).map_err(|e| failed(&e));
+        let gbuffer: Result<Vec<FullRate>, StageError> =
+            scene.gbuffer().into_iter().map(full_rate).collect();
+        let passes: Result<Vec<(PassName, FullRate)>, StageError> = scene
+            .passes()
+            .iter()
+            .map(|&name| Ok((name, full_rate(name.entry())?)))
+            .collect();
+        let camera_motion = match scene.declared().camera_motion {
+            true => Some(full_rate("camera_motion")?),
+            false => None,
+        };
         Ok(Stage {
             scene,
             size,
+            gbuffer: gbuffer?,
+            camera_motion,
+            passes: passes?,
+            rewritten: rewrite(gpu, scene, options)?,
             frame,
             textures,
-            geometry,
-            passes,
         })
     }
 
@@ -161,7 +167,7 @@ impl Stage {
 
     /// The passes that are made variable-rate, in order.
     pub fn passes(&self) -> impl Iterator<Item = (PassName, &Pass)> {
-        self.passes.iter().map(|pass| (pass.name, &pass.variable))
+        self.rewritten.passes()
     }
 
     /// Sets the frame for what is submitted from now on.
@@ -169,23 +175,45 @@ impl Stage {
         queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(frame));
     }
 
-    /// Records the G-buffer.
+    /// Records the G-buffer, all parts that the scene declares.
     pub fn record_geometry(&self, pass: &mut wgpu::ComputePass) {
-        self.record(pass, &self.geometry);
+        for part in &self.gbuffer {
+            self.record(pass, part);
+        }
+    }
+
+    /// Records what makes motion vectors of depth and the camera's matrices, in a scene that declares those alone.
+    pub fn record_camera_motion(&self, pass: &mut wgpu::ComputePass) {
+        if let Some(camera_motion) = &self.camera_motion {
+            self.record(pass, camera_motion);
+        }
     }
 
     /// Records a pass at full rate, as its author wrote it.
     pub fn record_full_rate(&self, pass: &mut wgpu::ComputePass, name: PassName) {
-        if let Some(shading) = self.passes.iter().find(|pass| pass.name == name) {
-            self.record(pass, &shading.full_rate);
+        if let Some((_, full_rate)) = self.passes.iter().find(|(known, _)| *known == name) {
+            self.record(pass, full_rate);
         }
     }
 
     /// Records a pass at a view's rates.
     pub fn record_variable(&self, pass: &mut wgpu::ComputePass, name: PassName, view: &View) {
-        if let Some(shading) = self.passes.iter().find(|pass| pass.name == name) {
-            pass.set_bind_group(0, &shading.full_rate.group, &[]);
-            shading.variable.dispatch(pass, view);
+        self.record_rewritten(pass, name, &self.rewritten, view);
+    }
+
+    /// Records a pass of other [options](rewrite) at a view's rates.
+    pub fn record_rewritten(
+        &self,
+        pass: &mut wgpu::ComputePass,
+        name: PassName,
+        rewritten: &Rewritten,
+        view: &View,
+    ) {
+        let full_rate = self.passes.iter().find(|(known, _)| *known == name);
+        let variable = rewritten.passes().find(|(known, _)| *known == name);
+        if let (Some((_, full_rate)), Some((_, variable))) = (full_rate, variable) {
+            pass.set_bind_group(0, &full_rate.group, &[]);
+            variable.dispatch(pass, view);
         }
     }
 
@@ -195,6 +223,36 @@ impl Stage {
         pass.set_bind_group(0, &what.group, &[]);
         pass.dispatch_workgroups(width.div_ceil(8), height.div_ceil(8), 1);
     }
+}
+
+/// Has a scene's passes rewritten. What becomes of sky is [each pass's own](PassName::sky) choice, not that of the options.
+///
+/// # Errors
+/// If a pass is refused, or the device lacks what it needs.
+pub fn rewrite(gpu: &Gpu, scene: SceneName, options: &Options) -> Result<Rewritten, StageError> {
+    let failed = |why: &dyn std::fmt::Display| StageError {
+        scene,
+        why: why.to_string(),
+    };
+    let source = scene.source();
+    let (module, info) = input::wgsl(&source).map_err(|error| failed(&error))?;
+    let mut passes = Vec::new();
+    for &name in scene.passes() {
+        let pass_options = PassOptions {
+            label: Some(name.entry()),
+            entry: Some(name.entry()),
+            rewrite: Options {
+                sky: name.sky(),
+                ..options.clone()
+            },
+            ..PassOptions::default()
+        };
+        let pass = Pass::from_module(&gpu.device, &module, &info, &source, &pass_options)
+            .map_err(|e| failed(&e))?;
+        passes.push((name, pass));
+    }
+    gpu.check().map_err(|e| failed(&e))?;
+    Ok(Rewritten { passes })
 }
 
 fn texture(

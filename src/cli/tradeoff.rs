@@ -1,0 +1,238 @@
+//! `vrcs tradeoff`: what accuracy costs in time.
+//!
+//! Does: tries settings on the scenes, measures error and time of each, writes a page, tables and a plot.
+//! Needs: a device with timestamps; a software driver will do.
+//! Guarantees: an interrupted study goes on where it was, from the journal in its folder.
+//! Refuses: unknown scenes and settings, a sweep of nothing, pictures that the device cannot hold.
+
+use std::path::{Path, PathBuf};
+
+use super::{Failure, batch::build_of_the_program, files, parse_size, talk};
+use crate::{
+    check::gpu::Gpu,
+    scenes::SceneName,
+    tradeoff::{
+        Trouble, report,
+        run::{Request, run as study},
+        study::{Point, SceneStudy, Study},
+        sweep::{self, Trial},
+    },
+};
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Files, in the folder of --out:
+  report.html      everything, in one page that needs no network
+  points.csv       a line for each scene and setting
+  study.json       the same and more, for programs
+  plot.svg         time against error
+  points.jsonl     the journal: an interrupted study goes on from it
+
+Examples:
+  vrcs tradeoff --quick
+  vrcs tradeoff interior foliage --size 1920x1080 --sweep own.toml")]
+pub(super) struct Arguments {
+    /// The scenes: interior, foliage, landscape, text, ramps, disocclusion. All of them by default.
+    #[arg(value_name = "SCENE")]
+    scenes: Vec<String>,
+    /// Where the report goes.
+    #[arg(long, value_name = "FOLDER", default_value = "tradeoff")]
+    out: PathBuf,
+    /// Frames of each setting, after a warm-up; the last four are compared with full rate.
+    #[arg(long, value_name = "N", default_value = "8")]
+    frames: u32,
+    /// The settings to try: TOML with [base], [vary] and [[grid]]. A standard sweep by default.
+    #[arg(long, value_name = "FILE.toml", conflicts_with = "quick")]
+    sweep: Option<PathBuf>,
+    /// Try the presets and a few more settings only.
+    #[arg(long)]
+    quick: bool,
+    /// The size of the pictures: by default 1920x1080 on a GPU and 640x360 on a software driver.
+    #[arg(long, value_parser = parse_size, value_name = "WxH")]
+    size: Option<[u32; 2]>,
+    /// Where all chance comes from.
+    #[arg(long, value_name = "N", default_value = "1")]
+    seed: u64,
+    /// The adapter: a part of its name. See `vrcs adapters`.
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
+}
+
+impl From<Trouble> for Failure {
+    fn from(trouble: Trouble) -> Failure {
+        match trouble {
+            Trouble::Gpu(error) => error.into(),
+            Trouble::Setting(why) => Failure::Misused(why),
+            // drivers tell in several lines
+            other => Failure::Outside(other.to_string().replace('\n', " ")),
+        }
+    }
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let scenes = scenes(&arguments.scenes)?;
+    let trials = trials(arguments)?;
+    if arguments.frames == 0 {
+        return Err(Failure::Misused(
+            "a study needs one frame or more".to_owned(),
+        ));
+    }
+    let gpu = Gpu::open(arguments.adapter.as_deref())?;
+    let request = Request {
+        scenes,
+        out: arguments.out.clone(),
+        size: size(&gpu, arguments.size)?,
+        frames: arguments.frames,
+        rounds: rounds(&gpu, arguments.quick),
+        warm: warm(&gpu),
+        trials,
+        effects: true,
+        truth: true,
+        seed: arguments.seed,
+        command: command(),
+        build: build_of_the_program(),
+    };
+    let found = study_with_bar(&gpu, &request)?;
+    print(&found, &request.out)
+}
+
+/// Runs a study under a bar.
+pub(super) fn study_with_bar(gpu: &Gpu, request: &Request) -> Result<Study, Failure> {
+    let bar = talk::Progress::new(request.steps());
+    let found = study(gpu, request, &mut |name| bar.step(name));
+    bar.done();
+    Ok(found?)
+}
+
+fn scenes(names: &[String]) -> Result<Vec<SceneName>, Failure> {
+    let mut scenes = Vec::new();
+    for name in names {
+        let scene: SceneName = name
+            .parse()
+            .map_err(|error: crate::scenes::UnknownScene| Failure::Misused(error.to_string()))?;
+        if !scenes.contains(&scene) {
+            scenes.push(scene);
+        }
+    }
+    Ok(match scenes.is_empty() {
+        true => SceneName::ALL.to_vec(),
+        false => scenes,
+    })
+}
+
+fn trials(arguments: &Arguments) -> Result<Vec<Trial>, Failure> {
+    match (&arguments.sweep, arguments.quick) {
+        (None, true) => Ok(sweep::quick()),
+        (None, false) => Ok(sweep::standard()),
+        (Some(path), _) => {
+            let text = files::read_text(path)?;
+            sweep::parse(&text).map_err(|error| {
+                Failure::Misused(format!("{}: {error}", files::display_name(path)))
+            })
+        }
+    }
+}
+
+/// The size asked for, or what suits the device.
+pub(super) fn size(gpu: &Gpu, asked: Option<[u32; 2]>) -> Result<[u32; 2], Failure> {
+    let size = asked.unwrap_or(match gpu.is_software() {
+        true => [640, 360],
+        false => [1920, 1080],
+    });
+    let limit = gpu.device.limits().max_texture_dimension_2d;
+    match size.iter().any(|&side| side > limit) {
+        true => Err(Failure::Misused(format!(
+            "the picture can be at most {limit} pixels wide and high on {}",
+            gpu.info.name
+        ))),
+        false => Ok(size),
+    }
+}
+
+/// Timed frames of each point.
+pub(super) fn rounds(gpu: &Gpu, is_quick: bool) -> u32 {
+    match (gpu.is_software(), is_quick) {
+        (true, true) => 3,
+        (true, false) => 5,
+        (false, true) => 20,
+        (false, false) => 60,
+    }
+}
+
+/// Untimed frames before them.
+pub(super) fn warm(gpu: &Gpu) -> u32 {
+    match gpu.is_software() {
+        true => 1,
+        false => 10,
+    }
+}
+
+/// The command as it was given, without the program's folder.
+pub(super) fn command() -> String {
+    let rest: Vec<String> = std::env::args().skip(1).collect();
+    format!("vrcs {}", rest.join(" "))
+}
+
+/// The presets and the front of each scene, as a table.
+pub(super) fn print(study: &Study, out: &Path) -> Result<(), Failure> {
+    talk::data(&format!(
+        "{}, {}x{}, {} frames",
+        study.adapter, study.size[0], study.size[1], study.frames
+    ))?;
+    for scene in &study.scenes {
+        print_scene(scene)?;
+    }
+    for name in ["report.html", "points.csv", "study.json", "plot.svg"] {
+        talk::data(&format!("{:<10} {}", "written", out.join(name).display()))?;
+    }
+    Ok(())
+}
+
+fn print_scene(scene: &SceneStudy) -> Result<(), Failure> {
+    talk::data("")?;
+    talk::data(&format!(
+        "{:<34} {:>9} {:>6} {:>7} {:>7} {:>7} {:>7} {:>7} {:>6}",
+        scene.name, "ms", "time", "shaded", "retired", "FLIP", "p99", "SSIM", "PSNR"
+    ))?;
+    if let Some(point) = scene.points.first() {
+        talk::data(&format!("{:<34} {:>9.3}", "full rate", point.time.full_ms))?;
+    }
+    let front = report::scene_front(scene);
+    let shown = |index: &usize| scene.points[*index].preset.is_some() || front.contains(index);
+    let mut order: Vec<usize> = (0..scene.points.len()).filter(shown).collect();
+    order.sort_by(|&a, &b| {
+        let share = |i: usize| scene.points[i].time.share();
+        share(b).total_cmp(&share(a))
+    });
+    for index in order {
+        print_point(&scene.points[index], front.contains(&index))?;
+    }
+    if let Some(truth) = &scene.truth
+        && let Some(paper) = truth.curve.iter().find(|at| at.t == 0.15)
+    {
+        talk::data(&format!(
+            "the paper's analysis at t 0.15: {:.1} % of quads too coarse, {:.1} % too fine",
+            100.0 * paper.too_coarse,
+            100.0 * paper.too_fine
+        ))?;
+    }
+    Ok(())
+}
+
+fn print_point(point: &Point, on_front: bool) -> Result<(), Failure> {
+    let mark = if on_front { "*" } else { " " };
+    let name: String = point.name.chars().take(32).collect();
+    let psnr = match point.error.psnr {
+        Some(psnr) => format!("{psnr:.1}"),
+        None => "equal".to_owned(),
+    };
+    talk::data(&format!(
+        "{mark} {name:<32} {:>9.3} {:>4.0} % {:>5.1} % {:>5.1} % {:>7.4} {:>7.4} {:>7.4} {psnr:>6}",
+        point.time.variable_ms,
+        100.0 * point.time.share(),
+        100.0 * point.primary_share,
+        100.0 * point.retired_share,
+        point.error.flip_mean,
+        point.error.flip_p99,
+        point.error.ssim,
+    ))
+}

@@ -1,0 +1,74 @@
+//! What accuracy costs in time: scenes, a sweep of settings, errors and times, and a report.
+//!
+//! | room | what |
+//! |---|---|
+//! | [`setting`] | everything that can be varied, and the presets Exact, Balanced and Fast |
+//! | [`sweep`] | which settings are tried: TOML |
+//! | [`realise`] | from a setting and what a scene declares to what runs |
+//! | [`rig`] | a setting at work on a scene, frame by frame |
+//! | [`bench`] | error and time of a setting |
+//! | [`clock`] | times by the GPU's clock |
+//! | [`truth`] | what coarsening really does |
+//! | [`granularity`] | one rate for several quads |
+//! | [`front`] | what nothing beats |
+//! | [`journal`] | finished points on disk, to go on from |
+//! | [`run`] | a whole study |
+//! | [`study`], [`report`], [`pictures`], [`plot`] | what was found, as data, page, tables and pictures |
+//!
+//! # On a real GPU
+//!
+//! ```sh
+//! vrcs tradeoff --quick --size 1920x1080 --out tradeoff      # presets, a few thresholds, the published estimators: minutes
+//! vrcs tradeoff --size 1920x1080 --out tradeoff              # the standard sweep; interrupted, it goes on where it was
+//! ```
+//!
+//! writes `report.html`, `points.csv`, `study.json` and `plot.svg`.
+
+pub mod bench;
+pub mod clock;
+pub mod front;
+pub mod granularity;
+pub mod journal;
+pub mod pictures;
+pub mod plot;
+pub mod realise;
+pub mod report;
+pub mod rig;
+pub mod run;
+pub mod setting;
+pub mod study;
+pub mod sweep;
+pub mod truth;
+
+use crate::{check::gpu::GpuError, scenes::stage::StageError};
+
+/// Why a study came to nothing.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Trouble {
+    /// The device has no timestamps.
+    #[error(
+        "{0} has no GPU timestamps, and time is what is to be measured: choose another by --adapter"
+    )]
+    NoClock(String),
+    /// A setting calls for what cannot be had.
+    #[error("{0}")]
+    Setting(String),
+    /// A scene could not be staged.
+    #[error(transparent)]
+    Stage(#[from] StageError),
+    /// There is no device, or it refused something.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    /// A file could not be written.
+    #[error("{path}: {why}")]
+    Write {
+        /// The file.
+        path: String,
+        /// Why.
+        why: String,
+    },
+    /// Something of this crate's own went wrong.
+    #[error("{0}")]
+    Own(String),
+}

@@ -1,0 +1,204 @@
+//! Time against error as an SVG for a README: a panel for each scene, the front, the presets by name.
+//!
+//! *Guarantees*: no script, no font of its own, no network; legible on light and on dark pages.
+
+use std::fmt::Write;
+
+use super::{
+    report::scene_front,
+    study::{Point, SceneStudy, Study},
+};
+
+const WIDTH: f64 = 380.0;
+const HEIGHT: f64 = 250.0;
+const LEFT: f64 = 50.0;
+const RIGHT: f64 = 14.0;
+const TOP: f64 = 34.0;
+const BOTTOM: f64 = 40.0;
+const COLUMNS: usize = 2;
+
+const STYLE: &str = "svg{color-scheme:light dark;font:12px system-ui,sans-serif}\
+.paper{fill:#fcfcfb}text{fill:#43484d}.name{fill:#1d1f21;font-weight:600}.grid{stroke:#dfe1e3}.front{stroke:#1b6ca8;fill:none;stroke-width:1.5}\
+.on{fill:#1b6ca8}.off{fill:#a9b1b7}.preset{fill:#c4501b}.peer{fill:#6b4fa0}\
+@media(prefers-color-scheme:dark){.paper{fill:#16181a}text{fill:#a8aeb3}.name{fill:#e8e9ea}.grid{stroke:#34383b}.front{stroke:#63b3ea}\
+.on{fill:#63b3ea}.off{fill:#6b747b}.preset{fill:#f08a54}.peer{fill:#b39ae0}}";
+
+/// The plot.
+pub fn svg(study: &Study) -> String {
+    let columns = study.scenes.len().clamp(1, COLUMNS);
+    let rows = study.scenes.len().div_ceil(COLUMNS).max(1);
+    let (width, height) = (WIDTH * columns as f64, HEIGHT * rows as f64 + 26.0);
+    let mut text = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" role=\"img\" \
+         aria-label=\"Time against error\"><style>{STYLE}</style><rect class=\"paper\" width=\"{width}\" height=\"{height}\"/>"
+    );
+    for (index, scene) in study.scenes.iter().enumerate() {
+        let (x, y) = (index % COLUMNS, index / COLUMNS);
+        panel(&mut text, scene, WIDTH * x as f64, HEIGHT * y as f64);
+    }
+    push(
+        &mut text,
+        format_args!(
+            "<text x=\"12\" y=\"{}\">{}, {}×{}: mean ꟻLIP (up) against time ÷ full rate (across)</text></svg>\n",
+            height - 10.0,
+            escaped(&study.adapter),
+            study.size[0],
+            study.size[1]
+        ),
+    );
+    text
+}
+
+fn push(text: &mut String, what: std::fmt::Arguments) {
+    // a String takes all
+    let _ = text.write_fmt(what);
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
+}
+
+/// Steps of 1, 2 or 5 that cut a length into four to eight parts.
+fn step(length: f64) -> f64 {
+    let base = 10f64.powf((length / 5.0).log10().floor());
+    [1.0, 2.0, 5.0, 10.0]
+        .into_iter()
+        .map(|k| k * base)
+        .find(|step| length / step <= 6.0)
+        .unwrap_or(10.0 * base)
+}
+
+fn place(point: &Point) -> [f64; 2] {
+    [point.time.share(), point.error.flip_mean]
+}
+
+fn panel(text: &mut String, scene: &SceneStudy, left: f64, top: f64) {
+    let most = |of: usize, least: f64| {
+        scene
+            .points
+            .iter()
+            .map(|point| place(point)[of])
+            .filter(|value| value.is_finite())
+            .fold(least, f64::max)
+            * 1.06
+    };
+    let (x_most, y_most) = (most(0, 1.0), most(1, 1e-3));
+    let x = |value: f64| left + LEFT + value / x_most * (WIDTH - LEFT - RIGHT);
+    let y = |value: f64| top + HEIGHT - BOTTOM - value / y_most * (HEIGHT - TOP - BOTTOM);
+    push(
+        text,
+        format_args!(
+            "<text class=\"name\" x=\"{}\" y=\"{}\">{}</text>",
+            left + LEFT,
+            top + 20.0,
+            scene.name
+        ),
+    );
+    let (x_step, y_step) = (step(x_most), step(y_most));
+    for i in 0..=(x_most / x_step) as u32 {
+        let at = f64::from(i) * x_step;
+        push(
+            text,
+            format_args!(
+                "<path class=\"grid\" d=\"M{0:.1} {1:.1}V{2:.1}\"/><text x=\"{0:.1}\" y=\"{3:.1}\" text-anchor=\"middle\">{4}</text>",
+                x(at),
+                y(0.0),
+                top + TOP,
+                y(0.0) + 16.0,
+                shown(at)
+            ),
+        );
+    }
+    for i in 0..=(y_most / y_step) as u32 {
+        let at = f64::from(i) * y_step;
+        push(
+            text,
+            format_args!(
+                "<path class=\"grid\" d=\"M{0:.1} {1:.1}H{2:.1}\"/><text x=\"{3:.1}\" y=\"{4:.1}\" text-anchor=\"end\">{5}</text>",
+                x(0.0),
+                y(at),
+                left + WIDTH - RIGHT,
+                x(0.0) - 6.0,
+                y(at) + 4.0,
+                shown(at)
+            ),
+        );
+    }
+    let front = scene_front(scene);
+    let line: Vec<String> = front
+        .iter()
+        .map(|&i| place(&scene.points[i]))
+        .map(|[a, b]| format!("{:.1} {:.1}", x(a), y(b)))
+        .collect();
+    if !line.is_empty() {
+        push(
+            text,
+            format_args!("<path class=\"front\" d=\"M{}\"/>", line.join("L")),
+        );
+    }
+    let mut order: Vec<usize> = (0..scene.points.len()).collect();
+    order.sort_by_key(|&i| scene.points[i].preset.is_some());
+    for i in order {
+        let point = &scene.points[i];
+        let [a, b] = place(point);
+        if !(a.is_finite() && b.is_finite()) {
+            continue;
+        }
+        let (class, radius) = match (&point.preset, point.peer, front.contains(&i)) {
+            (Some(_), ..) => ("preset", 5.0),
+            (None, true, _) => ("peer", 3.5),
+            (None, false, true) => ("on", 3.0),
+            (None, false, false) => ("off", 2.5),
+        };
+        push(
+            text,
+            format_args!(
+                "<circle class=\"{class}\" cx=\"{:.1}\" cy=\"{:.1}\" r=\"{radius}\"><title>{}</title></circle>",
+                x(a),
+                y(b),
+                escaped(&point.name)
+            ),
+        );
+        if let Some(name) = &point.preset {
+            let (anchor, away) = match x(a) > left + WIDTH - 80.0 {
+                true => ("end", -8.0),
+                false => ("start", 8.0),
+            };
+            push(
+                text,
+                format_args!(
+                    "<text class=\"name\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"{anchor}\">{name}</text>",
+                    x(a) + away,
+                    y(b) - 7.0
+                ),
+            );
+        }
+    }
+}
+
+/// A tick's number, without rounding errors.
+fn shown(value: f64) -> String {
+    format!("{}", (value * 1e6).round() / 1e6)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_are_round_and_neither_few_nor_many() {
+        for length in [0.0013, 0.02, 0.5, 1.06, 3.3, 250.0] {
+            let parts = length / step(length);
+            assert!((2.0..=6.0).contains(&parts), "{length}: {parts}");
+        }
+        assert_eq!(step(1.06), 0.2);
+    }
+
+    #[test]
+    fn what_could_end_a_text_is_escaped() {
+        assert_eq!(escaped("a<b>&\"c\""), "a&lt;b&gt;&amp;&quot;c&quot;");
+    }
+}

@@ -1,0 +1,415 @@
+//! From a setting and a scene to what runs: the analysis' plan, the build, the rewrite, the deblocker.
+//!
+//! *Guarantees*: what the scene does not declare, or the setting does not ask for, is not there: not compiled, not bound, not
+//! dispatched. *Refuses*: a luma that nobody leaves.
+
+use vrcs_passes::options::{MaxRate, Mode, Options as Rewrite};
+
+use super::setting::{
+    DeblockName, DerivativesName, Estimator, HysteresisName, LargestName, LumaName, ModeName,
+    NormName, Quality, Setting, SharingName, SmoothingName,
+};
+use crate::{
+    Rate,
+    analyse::settings::{
+        Content, Form, HalfRate, Materials, Motion, Norm, Pairs, Reprojection, Settings, Smoothing,
+        Stability, Transfer,
+    },
+    build::{BuildOptions, Modes},
+    coverage::{Coverage, Depth, DepthKind, Sky},
+    deblock::{self, Picture},
+    plan::{ColourForm, Plan, Scene},
+    scenes::SceneName,
+};
+
+/// The format of the scenes' pictures.
+const PICTURE: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+
+/// What runs for a scene at a setting.
+#[derive(Clone, Debug)]
+pub struct Realised {
+    /// The analysis; none if every rate is 1×1 anyway.
+    pub analysis: Option<Plan>,
+    /// Whether motion is made of depth and the camera's matrices.
+    pub camera_motion: bool,
+    /// Pixels across the area that shares an estimate.
+    pub granularity: u32,
+    /// Rates are made anew every so many frames.
+    pub every: u32,
+    /// How coordinates are built; nothing if the passes run as their author wrote them.
+    pub build: Option<BuildOptions>,
+    /// How passes are rewritten.
+    pub rewrite: Rewrite,
+    /// What smooths blocks.
+    pub deblock: Option<deblock::Options>,
+    /// Whether primaries move.
+    pub rotate: bool,
+}
+
+/// The largest rate of a setting.
+pub fn largest(name: LargestName) -> Rate {
+    match name {
+        LargestName::R1x1 => Rate::R1X1,
+        LargestName::R2x2 => Rate::R2X2,
+        LargestName::R2x4 => Rate::R2X4,
+        LargestName::R4x2 => Rate::R4X2,
+        LargestName::R4x4 => Rate::R4X4,
+    }
+}
+
+fn max_rate(name: LargestName) -> MaxRate {
+    match name {
+        LargestName::R1x1 | LargestName::R2x2 => MaxRate::R2x2,
+        LargestName::R2x4 => MaxRate::R2x4,
+        LargestName::R4x2 => MaxRate::R4x2,
+        LargestName::R4x4 => MaxRate::R4x4,
+    }
+}
+
+fn mode(name: ModeName) -> Mode {
+    match name {
+        ModeName::Tiled => Mode::Tiled,
+        ModeName::List => Mode::List,
+        ModeName::Classified => Mode::Classified,
+    }
+}
+
+/// What the content of a quad is judged by.
+pub fn content(setting: &Setting) -> Content {
+    let norm = match setting.norm {
+        NormName::L1 => Norm::L1,
+        NormName::L2 => Norm::L2,
+        NormName::Max => Norm::LInf,
+    };
+    let pairs = match setting.derivatives {
+        DerivativesName::All => Pairs::All,
+        DerivativesName::Interleaved => Pairs::Interleaved,
+        DerivativesName::Subsampled => Pairs::SubSampled,
+    };
+    let own = Content {
+        norm,
+        pairs,
+        transfer: match setting.luma {
+            LumaName::Square => Transfer::Square,
+            LumaName::Colour | LumaName::Root => Transfer::Srgb,
+        },
+        threshold: setting.threshold,
+        ambient: setting.ambient,
+        ..Content::default()
+    };
+    match setting.estimator {
+        Estimator::Paper => own,
+        // GDC 2019, pass 1: the mean over a checkerboard of pairs, each relative to its own darker pixel
+        Estimator::Weber => Content {
+            norm: Norm::L1,
+            pairs: Pairs::Interleaved,
+            form: Form::Pairwise { sensitivity: 0.1 },
+            ..own
+        },
+        Estimator::Largest => Content {
+            norm: Norm::LInf,
+            ..own
+        },
+    }
+}
+
+/// What tells surfaces apart at a setting.
+fn coverage(scene: SceneName, setting: &Setting) -> Coverage {
+    let declared = scene.declared();
+    let has_sky = declared.sky && setting.sky;
+    let shares = setting.sharing == SharingName::Declared && setting.quality == Quality::Adaptive;
+    Coverage {
+        triangles: declared.triangle_ids && shares,
+        surfaces: declared.surface_ids && shares,
+        depth: (declared.depth && (shares || has_sky)).then(|| Depth::new(DepthKind::Reversed)),
+        normals: None,
+        sky: has_sky.then_some(Sky::Depth),
+    }
+}
+
+/// The analysis' settings.
+fn analysis(scene: SceneName, setting: &Setting) -> Settings {
+    let declared = scene.declared();
+    let has_motion = setting.motion && (declared.motion_vectors || declared.camera_motion);
+    Settings {
+        content: content(setting),
+        motion: has_motion.then(Motion::default),
+        reprojection: has_motion.then(Reprojection::default),
+        materials: (setting.materials && declared.materials).then(Materials::default),
+        stability: match setting.hysteresis {
+            HysteresisName::Off => Stability::None,
+            HysteresisName::Derived => Stability::Hysteresis,
+            HysteresisName::Compensated => Stability::Compensate,
+        },
+        half_rate: (setting.half_rate > 0.0).then(|| HalfRate {
+            tolerance: setting.half_rate,
+            ..HalfRate::default()
+        }),
+        smoothing: match setting.smoothing {
+            SmoothingName::Off => Smoothing::None,
+            SmoothingName::Limit => Smoothing::Limit,
+            SmoothingName::Conservative => Smoothing::Conservative,
+        },
+        largest: largest(setting.largest),
+        ..Settings::default()
+    }
+}
+
+fn deblocker(scene: SceneName, setting: &Setting) -> Option<deblock::Options> {
+    let declared = scene.declared();
+    let plain = deblock::Options {
+        luma: (setting.luma == LumaName::Root).then_some(deblock::Luma {
+            is_srgb: true,
+            exposure: 1.0,
+        }),
+        ..deblock::Options::new(Picture::Texture(PICTURE))
+    };
+    match setting.deblock {
+        DeblockName::Off => None,
+        DeblockName::Plain => Some(plain),
+        DeblockName::Guarded => Some(deblock::Options {
+            depth: declared.depth.then(|| Depth::new(DepthKind::Reversed)),
+            surfaces: declared.surface_ids,
+            ..plain
+        }),
+    }
+}
+
+/// What runs for a scene at a setting. `instruments` adds what measuring alone needs: statistics and reasons.
+///
+/// # Errors
+/// If the setting calls for what cannot be had.
+pub fn realise(scene: SceneName, setting: &Setting, instruments: bool) -> Result<Realised, String> {
+    let is_exact = setting.quality == Quality::Exact;
+    let deblock = match is_exact || setting.largest == LargestName::R1x1 {
+        // without coarse pixels there is nothing to smooth
+        true => None,
+        false => deblocker(scene, setting),
+    };
+    let coverage = coverage(scene, setting);
+    let has_machinery = !is_exact || coverage.sky.is_some();
+    let settings = analysis(scene, setting);
+    let declared = scene.declared();
+    let plan = match is_exact {
+        true => None,
+        false => {
+            let colour = match (setting.luma, &deblock) {
+                (LumaName::Root, Some(_)) => ColourForm::SqrtLuma,
+                (LumaName::Root, None) => {
+                    return Err(
+                        "luma root is what the deblocker leaves, and there is none".to_owned()
+                    );
+                }
+                _ => ColourForm::Codes,
+            };
+            let has = Scene {
+                colour,
+                motion: declared.motion_vectors || declared.camera_motion,
+                depth: declared.depth,
+                previous_rates: true,
+                materials: declared.materials,
+                reasons: instruments,
+                ..Scene::default()
+            };
+            Some(Plan::new(&has, &settings).map_err(|error| error.to_string())?)
+        }
+    };
+    let mode = mode(setting.mode);
+    Ok(Realised {
+        camera_motion: declared.camera_motion && settings.motion.is_some() && plan.is_some(),
+        analysis: plan,
+        granularity: setting.granularity,
+        every: setting.every,
+        build: has_machinery.then(|| BuildOptions {
+            largest: match is_exact {
+                true => Rate::R1X1,
+                false => largest(setting.largest),
+            },
+            modes: Modes::NONE.with(mode),
+            coverage,
+            effective: deblock.is_some(),
+            statistics: instruments,
+            ..BuildOptions::default()
+        }),
+        rewrite: Rewrite {
+            mode,
+            max_rate: max_rate(setting.largest),
+            ..Rewrite::default()
+        },
+        deblock,
+        rotate: setting.rotate,
+    })
+}
+
+impl Realised {
+    /// What runs and what does not, line by line.
+    pub fn lines(&self, scene: SceneName) -> Vec<String> {
+        let declared = scene.declared();
+        let said = [
+            (declared.motion_vectors, "motion vectors"),
+            (declared.camera_motion, "camera motion"),
+            (declared.depth, "depth"),
+            (declared.surface_ids, "surface ids"),
+            (declared.triangle_ids, "triangle ids"),
+            (declared.materials, "materials"),
+            (declared.sky, "sky"),
+            (declared.grain, "grain"),
+        ];
+        let names = |wanted: bool| {
+            let list: Vec<&str> = said
+                .iter()
+                .filter(|(is_there, _)| *is_there == wanted)
+                .map(|&(_, name)| name)
+                .collect();
+            match list.is_empty() {
+                true => "nothing".to_owned(),
+                false => list.join(", "),
+            }
+        };
+        let mut lines = vec![format!(
+            "declares {}; has no {}",
+            names(true),
+            names(false).replace(", ", ", no ")
+        )];
+        if self.camera_motion {
+            lines.push("camera motion: motion vectors from depth and two cameras".to_owned());
+        }
+        match &self.analysis {
+            None => lines.push("no analysis: every rate is 1x1".to_owned()),
+            Some(plan) => lines.extend(plan.passes.iter().map(|pass| {
+                format!(
+                    "{}: {}; {} bindings",
+                    pass.kernel,
+                    pass.effects.join(", ").to_lowercase().replace('_', " "),
+                    pass.bindings
+                )
+            })),
+        }
+        if self.granularity > 2 {
+            lines.push(format!(
+                "granularity: one rate for {0}x{0} pixels",
+                self.granularity
+            ));
+        }
+        match &self.build {
+            None => lines.push("no build: the passes run as their author wrote them".to_owned()),
+            Some(build) => {
+                let defs = build.coverage.defs();
+                let parts: Vec<String> = defs
+                    .iter()
+                    .map(|(name, _)| name.to_lowercase().replace('_', " "))
+                    .collect();
+                lines.push(format!(
+                    "build.wgsl: {}",
+                    match parts.is_empty() {
+                        true => "the rate alone decides".to_owned(),
+                        false => parts.join(", "),
+                    }
+                ));
+            }
+        }
+        let passes: Vec<String> = scene
+            .passes()
+            .iter()
+            .map(|pass| pass.entry().to_owned())
+            .collect();
+        lines.push(match &self.build {
+            None => format!("passes: {}", passes.join(", ")),
+            Some(_) => format!(
+                "passes, rewritten ({:?}): {}",
+                self.rewrite.mode,
+                passes.join(", ")
+            )
+            .to_lowercase(),
+        });
+        lines.push(match &self.deblock {
+            None => "no deblocker".to_owned(),
+            Some(options) => {
+                let guards = [
+                    (options.depth.is_some(), "depth"),
+                    (options.surfaces, "surfaces"),
+                ];
+                let guards: Vec<&str> = guards
+                    .into_iter()
+                    .filter(|(is_there, _)| *is_there)
+                    .map(|(_, name)| name)
+                    .collect();
+                match guards.is_empty() {
+                    true => "deblock.wgsl: over all edges".to_owned(),
+                    false => format!("deblock.wgsl: stops where {} differ", guards.join(" or ")),
+                }
+            }
+        });
+        lines
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{super::setting::presets, *};
+
+    fn plan(scene: SceneName, setting: &Setting) -> Realised {
+        realise(scene, setting, false).expect("a setting that can be had")
+    }
+
+    #[test]
+    fn a_scene_that_declares_nothing_runs_nothing_but_the_analysis_of_content() {
+        let setting = Setting {
+            hysteresis: HysteresisName::Off,
+            deblock: DeblockName::Off,
+            ..Setting::default()
+        };
+        let found = plan(SceneName::Ramps, &setting);
+        let analysis = found.analysis.expect("an analysis");
+        assert_eq!(analysis.passes[0].effects, ["CODES"]);
+        assert!(found.build.expect("a build").coverage.is_empty());
+        assert!(found.deblock.is_none());
+    }
+
+    #[test]
+    fn each_scene_runs_what_it_declares_and_no_more() {
+        for scene in SceneName::ALL {
+            let (found, declared) = (plan(scene, &Setting::default()), scene.declared());
+            let effects = &found.analysis.as_ref().expect("an analysis").passes[0].effects;
+            let moves = declared.motion_vectors || declared.camera_motion;
+            assert_eq!(effects.contains(&"MOTION"), moves, "{scene}");
+            assert_eq!(
+                effects.contains(&"MATERIALS"),
+                declared.materials,
+                "{scene}"
+            );
+            assert_eq!(found.camera_motion, declared.camera_motion, "{scene}");
+            let coverage = found.build.as_ref().expect("a build").coverage;
+            assert_eq!(coverage.triangles, declared.triangle_ids, "{scene}");
+            assert_eq!(coverage.surfaces, declared.surface_ids, "{scene}");
+            assert_eq!(coverage.sky.is_some(), declared.sky, "{scene}");
+        }
+    }
+
+    #[test]
+    fn exact_runs_no_analysis_no_deblocker_and_where_nothing_is_empty_nothing_at_all() {
+        let [exact, ..] = presets();
+        for scene in SceneName::ALL {
+            let found = plan(scene, &exact.setting);
+            assert!(
+                found.analysis.is_none() && found.deblock.is_none(),
+                "{scene}"
+            );
+            assert_eq!(found.build.is_some(), scene.declared().sky, "{scene}");
+        }
+    }
+
+    #[test]
+    fn without_coarse_rates_there_is_no_deblocker() {
+        let setting = Setting {
+            largest: LargestName::R1x1,
+            ..Setting::default()
+        };
+        assert!(plan(SceneName::Text, &setting).deblock.is_none());
+        let setting = Setting {
+            luma: LumaName::Root,
+            ..setting
+        };
+        assert!(realise(SceneName::Text, &setting, false).is_err());
+    }
+}

@@ -1,0 +1,145 @@
+//! A study as files: one page that works without a network, a table for spreadsheets, and JSON.
+
+use super::{
+    front::front,
+    setting::Setting,
+    study::{SceneStudy, Study},
+};
+
+const PAGE: &str = include_str!("report.html");
+
+/// The page: everything in one file.
+pub fn html(study: &Study) -> String {
+    let data = match serde_json::to_string(study) {
+        Ok(json) => json,
+        Err(error) => unreachable!("a study is plain data: {error}"),
+    };
+    // nothing in the data may end the element that holds it
+    PAGE.replacen("/*DATA*/", &data.replace('<', "\\u003c"), 1)
+}
+
+/// The study as JSON, without its pictures.
+pub fn json(study: &Study) -> String {
+    let mut study = study.clone();
+    for scene in &mut study.scenes {
+        scene.full.clear();
+        for point in &mut scene.points {
+            point.pictures.clear();
+        }
+    }
+    match serde_json::to_string_pretty(&study) {
+        Ok(json) => json + "\n",
+        Err(error) => unreachable!("a study is plain data: {error}"),
+    }
+}
+
+/// The columns of the table, before those of the setting.
+const COLUMNS: [&str; 22] = [
+    "scene",
+    "name",
+    "preset",
+    "peer",
+    "front",
+    "full_ms",
+    "full_p95_ms",
+    "variable_ms",
+    "variable_p95_ms",
+    "machinery_ms",
+    "control_ms",
+    "control_p95_ms",
+    "primary_share",
+    "retired_share",
+    "average_rate",
+    "identical",
+    "flip_mean",
+    "flip_p99",
+    "ssim",
+    "psnr",
+    "seam",
+    "flips",
+];
+
+/// The table, as CSV with a line of names.
+pub fn csv(study: &Study) -> String {
+    let keys: Vec<String> = columns_of(&Setting::default())
+        .into_iter()
+        .map(|(key, _)| key)
+        .collect();
+    let mut table = format!("{},{}\n", COLUMNS.join(","), keys.join(","));
+    for scene in &study.scenes {
+        let on_front = scene_front(scene);
+        for (index, point) in scene.points.iter().enumerate() {
+            let (error, time) = (&point.error, &point.time);
+            let mut cells = vec![
+                scene.name.clone(),
+                quoted(&point.name),
+                point.preset.clone().unwrap_or_default(),
+                point.peer.to_string(),
+                on_front.contains(&index).to_string(),
+                time.full_ms.to_string(),
+                time.full_p95_ms.to_string(),
+                time.variable_ms.to_string(),
+                time.variable_p95_ms.to_string(),
+                time.machinery_ms().to_string(),
+                time.control_ms.to_string(),
+                time.control_p95_ms.to_string(),
+                point.primary_share.to_string(),
+                point.retired_share.to_string(),
+                point.average_rate.to_string(),
+                point.identical.to_string(),
+                error.flip_mean.to_string(),
+                error.flip_p99.to_string(),
+                error.ssim.to_string(),
+                error
+                    .psnr
+                    .map_or_else(|| "inf".to_owned(), |v| v.to_string()),
+                error.seam.to_string(),
+                error.flips.to_string(),
+            ];
+            let own = columns_of(&point.setting);
+            cells.extend(own.into_iter().map(|(_, value)| quoted(&value)));
+            table += &cells.join(",");
+            table.push('\n');
+        }
+    }
+    table
+}
+
+/// A setting's fields and values.
+fn columns_of(setting: &Setting) -> Vec<(String, String)> {
+    let fields = match toml::Table::try_from(setting) {
+        Ok(fields) => fields,
+        Err(error) => unreachable!("a setting is plain data: {error}"),
+    };
+    fields
+        .into_iter()
+        .map(|(key, value)| match value {
+            toml::Value::String(text) => (key, text),
+            other => (key, other.to_string()),
+        })
+        .collect()
+}
+
+/// A cell that may hold commas (RFC 4180).
+fn quoted(text: &str) -> String {
+    match text.contains([',', '"', '\n']) {
+        true => format!("\"{}\"", text.replace('"', "\"\"")),
+        false => text.to_owned(),
+    }
+}
+
+/// The points of a scene that no other beats in both the frame's time and mean ꟻLIP.
+pub fn scene_front(scene: &SceneStudy) -> Vec<usize> {
+    let points: Vec<[f64; 2]> = scene
+        .points
+        .iter()
+        .map(|p| [p.time.share(), p.error.flip_mean])
+        .collect();
+    front(&points)
+}
+
+/// From what time at full rate on a setting saves more than its machinery takes, in milliseconds; nothing if it saves nothing.
+pub fn break_even_ms(point: &super::study::Point) -> Option<f64> {
+    let saved = point.time.saved_share();
+    (saved > 0.0).then(|| point.time.machinery_ms() / saved)
+}

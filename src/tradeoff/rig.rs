@@ -1,0 +1,390 @@
+//! A setting at work on a scene: analysis, build, passes and deblocker of one view, frame by frame.
+//!
+//! *Does*: records a frame's variable-rate part, then keeps what the next frame's analysis looks at. *Guarantees*: what
+//! [`Realised`] does not have is not made; the first frame has no history and is shaded at full rate. *Needs*: a G-buffer
+//! of the same frame, recorded before.
+//!
+//! The picture, depth and rates of the frame before are copied outside all timed passes: a renderer swaps them.
+
+use std::rc::Rc;
+
+use super::{Trouble, clock::Recorder, granularity::Granularity, realise::Realised};
+use crate::{
+    Rate,
+    analyse::{self, Analysis, gpu::BoundAnalysis},
+    build::statistics::Statistics,
+    check::gpu::Gpu,
+    coverage,
+    deblock::{Bound, Deblocker, Inputs, PictureInput, luma_pitch},
+    plan::{Binding, ColourForm, Plan},
+    scenes::stage::{Rewritten, Stage},
+    sri::{Sri, SriLayout},
+    view::View,
+};
+
+/// A setting at work.
+pub struct Rig<'s> {
+    gpu: &'s Gpu,
+    stage: &'s Stage,
+    rewritten: Rc<Rewritten>,
+    realised: Realised,
+    view: Option<View>,
+    analysis: Option<Analysed>,
+    granularity: Option<Granularity>,
+    deblock: Option<(Deblocker, Bound)>,
+    frames: u32,
+}
+
+/// The analysis, and what it keeps from frame to frame.
+struct Analysed {
+    analysis: Analysis,
+    bound: BoundAnalysis,
+    /// The picture of the frame before.
+    history: wgpu::Texture,
+    depth: Option<wgpu::Texture>,
+    rates: Option<wgpu::Buffer>,
+    reasons: Option<wgpu::Buffer>,
+}
+
+/// What a frame left beside its picture.
+#[derive(Clone, Debug)]
+pub struct Left {
+    /// The rates that were asked for.
+    pub sri: Sri,
+    /// What was counted, if it was.
+    pub statistics: Statistics,
+    /// A byte for each quad in the form of [`SriLayout`]: why it is not coarser; if it was asked for.
+    pub reasons: Option<Vec<u8>>,
+}
+
+fn own(error: impl std::fmt::Display) -> Trouble {
+    Trouble::Own(error.to_string())
+}
+
+fn view_of(texture: &wgpu::Texture) -> wgpu::TextureView {
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
+}
+
+impl<'s> Rig<'s> {
+    /// Puts a setting to work. `rewritten` is the scene's passes with [`Realised::rewrite`].
+    ///
+    /// # Errors
+    /// If the device lacks what it needs.
+    pub fn new(
+        gpu: &'s Gpu,
+        adapter: Option<&wgpu::Adapter>,
+        stage: &'s Stage,
+        rewritten: Rc<Rewritten>,
+        realised: Realised,
+    ) -> Result<Rig<'s>, Trouble> {
+        let size = stage.size();
+        let view = match realised.build {
+            None => None,
+            Some(options) => {
+                let extent = [size[0], size[1], 1];
+                let mut view = View::new(&gpu.device, &gpu.queue, extent, options).map_err(own)?;
+                cover(gpu, stage, &mut view)?;
+                let full = Sri::uniform(size[0], size[1], Rate::R1X1);
+                view.write_sri(&gpu.queue, &full).map_err(own)?;
+                Some(view)
+            }
+        };
+        let deblock = match (realised.deblock, &view) {
+            (Some(options), Some(view)) => Some(deblocker(gpu, adapter, stage, view, options)?),
+            _ => None,
+        };
+        let luma = deblock.as_ref().and_then(|(_, _, luma)| luma.clone());
+        let analysis = match (&realised.analysis, &view) {
+            (Some(plan), Some(view)) => Some(Analysed::new(gpu, stage, view, plan, luma)?),
+            _ => None,
+        };
+        let granularity = match (&analysis, &view, realised.granularity) {
+            (Some(_), Some(view), pixels) if pixels > 2 => Some(Granularity::new(
+                &gpu.device,
+                &gpu.queue,
+                view.sri(),
+                size,
+                pixels,
+            )),
+            _ => None,
+        };
+        gpu.check()?;
+        Ok(Rig {
+            gpu,
+            stage,
+            rewritten,
+            view,
+            analysis,
+            granularity,
+            deblock: deblock.map(|(deblocker, bound, _)| (deblocker, bound)),
+            realised,
+            frames: 0,
+        })
+    }
+
+    /// Sets rates from memory, in place of those of an analysis.
+    ///
+    /// # Errors
+    /// If they are of another size.
+    pub fn write_rates(&mut self, sri: &Sri) -> Result<(), Trouble> {
+        match &self.view {
+            Some(view) => view.write_sri(&self.gpu.queue, sri).map_err(own),
+            None => Ok(()),
+        }
+    }
+
+    /// Records the scene's frame `number`, whose G-buffer is there: rates, coordinates, passes, deblocking; then keeps what the next
+    /// frame's analysis looks at.
+    ///
+    /// # Errors
+    /// If the deblocker refuses the frame.
+    pub fn record(&mut self, recorder: &mut Recorder, number: u32) -> Result<(), Trouble> {
+        let size = self.stage.size();
+        let Some(view) = &mut self.view else {
+            for &name in self.stage.scene().passes() {
+                recorder.pass(name.entry(), |pass| self.stage.record_full_rate(pass, name));
+            }
+            return Ok(());
+        };
+        if let Some(analysed) = &self.analysis
+            && self.frames % self.realised.every == 0
+        {
+            let frame = analyse::Frame {
+                has_history: self.frames > 0,
+                ..analyse::Frame::of_size(size)
+            };
+            let Analysed {
+                analysis, bound, ..
+            } = analysed;
+            analysis.set_frame(&self.gpu.queue, bound, &frame);
+            if self.realised.camera_motion {
+                recorder.pass("camera motion", |pass| {
+                    self.stage.record_camera_motion(pass)
+                });
+            }
+            recorder.pass("analyse", |pass| analysis.record(pass, bound, &frame));
+            if let Some(granularity) = &self.granularity {
+                recorder.pass("granularity", |pass| granularity.record(pass));
+            }
+        }
+        let mut order = 0;
+        if self.realised.rotate {
+            view.rotate(&self.gpu.queue, number);
+            order = 1 + number % 4;
+        }
+        recorder.pass("build", |pass| view.build_in(pass));
+        for &name in self.stage.scene().passes() {
+            recorder.pass(name.entry(), |pass| {
+                self.stage
+                    .record_rewritten(pass, name, &self.rewritten, view);
+            });
+        }
+        if let Some((deblocker, bound)) = &mut self.deblock {
+            deblocker
+                .set_frame(&self.gpu.queue, bound, size, order)
+                .map_err(own)?;
+            recorder.pass("deblock", |pass| deblocker.record_in(pass, bound));
+        }
+        if let Some(analysed) = &self.analysis {
+            analysed.keep(&mut recorder.encoder, self.stage, view);
+        }
+        self.frames += 1;
+        Ok(())
+    }
+
+    /// Reads what the frame left. Every rate is 1×1 and every pixel a primary where nothing was built.
+    ///
+    /// # Errors
+    /// If the device was lost.
+    pub fn left(&self) -> Result<Left, Trouble> {
+        let [width, height] = self.stage.size();
+        let Some(view) = &self.view else {
+            let pixels = u64::from(width) * u64::from(height);
+            let mut statistics = Statistics {
+                pixels,
+                primaries: pixels,
+                ..Statistics::default()
+            };
+            statistics.pixels_at[0] = pixels;
+            return Ok(Left {
+                sri: Sri::uniform(width, height, Rate::R1X1),
+                statistics,
+                reasons: None,
+            });
+        };
+        let reasons = self
+            .analysis
+            .as_ref()
+            .and_then(|analysed| analysed.reasons.as_ref());
+        let buffers: Vec<&wgpu::Buffer> = [Some(view.sri()), view.statistics(), reasons]
+            .into_iter()
+            .flatten()
+            .collect();
+        let mut read = self
+            .gpu
+            .submit_and_read(self.gpu.encoder(), &buffers)?
+            .into_iter();
+        let codes = read.next().unwrap_or_default();
+        let pitch = SriLayout::new(width, height).pitch;
+        let sri = Sri::from_fn(width, height, |x, y| {
+            codes.get((y * pitch + x) as usize).copied().unwrap_or(0)
+        });
+        let statistics = match view.statistics() {
+            Some(_) => Statistics::read(&read.next().unwrap_or_default()),
+            None => Statistics::default(),
+        };
+        Ok(Left {
+            sri,
+            statistics,
+            reasons: reasons.and_then(|_| read.next()),
+        })
+    }
+}
+
+/// Gives the view the textures that its coverage declares.
+fn cover(gpu: &Gpu, stage: &Stage, view: &mut View) -> Result<(), Trouble> {
+    let declared = view.options().coverage;
+    if declared.is_empty() {
+        return Ok(());
+    }
+    let texture = |name: &str| stage.texture(name).map(view_of);
+    let triangles = texture("ids").filter(|_| declared.triangles);
+    let surfaces = texture("surfaces").filter(|_| declared.surfaces);
+    let depth = texture("depth").filter(|_| declared.depth.is_some());
+    let textures = coverage::Textures {
+        triangles: triangles.as_ref(),
+        surfaces: surfaces.as_ref(),
+        depth: depth.as_ref(),
+        ..coverage::Textures::default()
+    };
+    view.cover(&gpu.queue, &textures).map_err(own)
+}
+
+/// The deblocker on the scene's picture, and the root of luma that it leaves.
+fn deblocker(
+    gpu: &Gpu,
+    adapter: Option<&wgpu::Adapter>,
+    stage: &Stage,
+    view: &View,
+    options: crate::deblock::Options,
+) -> Result<(Deblocker, Bound, Option<wgpu::Buffer>), Trouble> {
+    let size = stage.size();
+    let deblocker = Deblocker::new(&gpu.device, adapter, options).map_err(own)?;
+    let picture = view_of(stage.picture());
+    let depth = stage.texture("depth").map(view_of);
+    let surfaces = stage.texture("surfaces").map(view_of);
+    let bytes = luma_pitch(size[0]) as usize * size[1] as usize;
+    let luma = options
+        .luma
+        .map(|_| gpu.buffer("root of luma", &vec![0; bytes], wgpu::BufferUsages::STORAGE));
+    let inputs = Inputs {
+        picture: PictureInput::Texture(&picture),
+        rates: view
+            .effective()
+            .ok_or_else(|| own("a deblocker needs effective rates"))?,
+        depth: depth.as_ref().filter(|_| options.depth.is_some()),
+        surfaces: surfaces.as_ref().filter(|_| options.surfaces),
+        luma: luma.as_ref(),
+    };
+    let mut bound = deblocker.bind(&gpu.device, &inputs).map_err(own)?;
+    deblocker
+        .set_frame(&gpu.queue, &mut bound, size, 0)
+        .map_err(own)?;
+    Ok((deblocker, bound, luma))
+}
+
+impl Analysed {
+    fn new(
+        gpu: &Gpu,
+        stage: &Stage,
+        view: &View,
+        plan: &Plan,
+        luma: Option<wgpu::Buffer>,
+    ) -> Result<Analysed, Trouble> {
+        let size = stage.size();
+        let has = |binding| plan.bindings.contains(&binding);
+        let copy_of = |label, format| {
+            gpu.device.create_texture(&wgpu::TextureDescriptor {
+                label: Some(label),
+                size: wgpu::Extent3d {
+                    width: size[0],
+                    height: size[1],
+                    depth_or_array_layers: 1,
+                },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+                view_formats: &[],
+            })
+        };
+        let zeros = vec![0; SriLayout::new(size[0], size[1]).bytes() as usize];
+        let buffer = |label| gpu.buffer(label, &zeros, wgpu::BufferUsages::STORAGE);
+        let history = copy_of("picture before", stage.picture().format());
+        let depth = has(Binding::PreviousDepth)
+            .then(|| copy_of("depth before", wgpu::TextureFormat::R32Float));
+        let rates = has(Binding::PreviousRates).then(|| buffer("rates before"));
+        let reasons = has(Binding::Reasons).then(|| buffer("reasons"));
+        let texture = |name: &str| match stage.texture(name) {
+            Some(texture) => view_of(texture),
+            None => unreachable!("a stage has every texture"),
+        };
+        let views = [
+            (Binding::Motion, texture("motion")),
+            (Binding::Depth, texture("depth")),
+            (Binding::Materials, texture("materials")),
+        ];
+        let history_view = view_of(&history);
+        let depth_view = depth.as_ref().map(view_of);
+        let mut resources = vec![(Binding::Rates, view.sri().as_entire_binding())];
+        resources.push(match (&luma, plan.scene.colour) {
+            (Some(luma), ColourForm::SqrtLuma) => (Binding::Colour, luma.as_entire_binding()),
+            _ => (
+                Binding::Colour,
+                wgpu::BindingResource::TextureView(&history_view),
+            ),
+        });
+        for (binding, view) in &views {
+            resources.push((*binding, wgpu::BindingResource::TextureView(view)));
+        }
+        if let Some(view) = &depth_view {
+            resources.push((
+                Binding::PreviousDepth,
+                wgpu::BindingResource::TextureView(view),
+            ));
+        }
+        for (binding, buffer) in [
+            (Binding::PreviousRates, &rates),
+            (Binding::Reasons, &reasons),
+        ] {
+            if let Some(buffer) = buffer {
+                resources.push((binding, buffer.as_entire_binding()));
+            }
+        }
+        let analysis = Analysis::new(&gpu.device, plan);
+        let bound = analysis.bind(&gpu.device, &resources).map_err(own)?;
+        Ok(Analysed {
+            analysis,
+            bound,
+            history,
+            depth,
+            rates,
+            reasons,
+        })
+    }
+
+    /// Keeps the picture, depth and rates for the next frame.
+    fn keep(&self, encoder: &mut wgpu::CommandEncoder, stage: &Stage, view: &View) {
+        let mut copy = |from: &wgpu::Texture, to: &wgpu::Texture| {
+            encoder.copy_texture_to_texture(from.as_image_copy(), to.as_image_copy(), to.size());
+        };
+        copy(stage.picture(), &self.history);
+        if let (Some(from), Some(to)) = (stage.texture("depth"), &self.depth) {
+            copy(from, to);
+        }
+        if let Some(rates) = &self.rates {
+            encoder.copy_buffer_to_buffer(view.sri(), 0, rates, 0, rates.size());
+        }
+    }
+}
