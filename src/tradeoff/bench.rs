@@ -361,41 +361,43 @@ impl<'g> Bench<'g> {
     }
 }
 
+/// A pair of pictures, compared.
+struct Compared {
+    flip: metrics::Flip,
+    ssim: f64,
+    square: f64,
+    seam: f64,
+}
+
 /// Compares pairs of pictures: full rate, variable rate. Also whether all are equal, and the last ꟻLIP map.
 fn compare(size: [u32; 2], pairs: &[(Vec<u8>, Vec<u8>)], flips: f64) -> (Errors, bool, Vec<u8>) {
-    let found: Vec<(metrics::Flip, f64, f64, f64)> = pairs
+    let found: Vec<Compared> = pairs
         .par_iter()
         .map(|(full, variable)| {
             let (full, variable) = (Shown::new(size, full), Shown::new(size, variable));
-            let tile = Rewrite::default().tile;
-            let psnr = metrics::psnr(full, variable);
-            (
-                metrics::flip(full, variable),
-                metrics::ssim(full, variable),
+            Compared {
+                flip: metrics::flip(full, variable),
+                ssim: metrics::ssim(full, variable),
                 // an infinite distance from noise is no square error
-                255.0f64.powi(2) / 10f64.powf(psnr / 10.0),
-                metrics::seam(full, variable, tile),
-            )
+                square: 255.0f64.powi(2) / 10f64.powf(metrics::psnr(full, variable) / 10.0),
+                seam: metrics::seam(full, variable, Rewrite::default().tile),
+            }
         })
         .collect();
-    let mean = |of: &dyn Fn(&(metrics::Flip, f64, f64, f64)) -> f64| {
-        found.iter().map(of).sum::<f64>() / found.len() as f64
-    };
-    let square = mean(&|f| f.2);
+    let mean =
+        |of: &dyn Fn(&Compared) -> f64| found.iter().map(of).sum::<f64>() / found.len() as f64;
+    let square = mean(&|c| c.square);
     let error = Errors {
-        flip_mean: mean(&|f| f.0.mean),
-        flip_p99: mean(&|f| f.0.p99),
-        ssim: mean(&|f| f.1),
+        flip_mean: mean(&|c| c.flip.mean),
+        flip_p99: mean(&|c| c.flip.p99),
+        ssim: mean(&|c| c.ssim),
         psnr: (square > 0.0).then(|| 10.0 * (255.0f64.powi(2) / square).log10()),
-        seam: mean(&|f| f.3),
+        seam: mean(&|c| c.seam),
         flips,
     };
     let identical = pairs.iter().all(|(full, variable)| full == variable);
-    let map = found
-        .into_iter()
-        .next_back()
-        .map_or(Vec::new(), |f| f.0.map);
-    (error, identical, map)
+    let map = found.into_iter().next_back();
+    (error, identical, map.map_or_else(Vec::new, |c| c.flip.map))
 }
 
 /// Shaded pixels for each pixel, by rates alone.

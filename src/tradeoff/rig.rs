@@ -147,7 +147,7 @@ impl<'s> Rig<'s> {
             return Ok(());
         };
         if let Some(analysed) = &self.analysis
-            && self.frames % self.realised.every == 0
+            && self.frames.is_multiple_of(self.realised.every)
         {
             let frame = analyse::Frame {
                 has_history: self.frames > 0,
