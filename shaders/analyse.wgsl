@@ -192,7 +192,11 @@ fn quantise(value: f32) -> u32 {
 }
 
 fn luma(c: vec3<u32>) -> u32 {
+#ifdef REC709
+    return (c.x * 3483u + c.y * 11718u + c.z * 1183u + 8192u) >> 14u;
+#else
     return (c.x * 4899u + c.y * 9617u + c.z * 1868u + 8192u) >> 14u;
+#endif
 }
 
 // Channels and luma; BAD in the last for what is in doubt.
@@ -378,14 +382,21 @@ struct Sums {
 }
 
 fn joined(sum: u32, a: vec4<u32>, b: vec4<u32>, sensitivity: u32) -> u32 {
+#ifdef SOBEL
+    // sums of four pixels each, two apart: eight steps from pixel to pixel
+    var d = (apart(a, b) + 7u) >> 3u;
+    let least = min(a.w, b.w) >> 2u;
+#else
     var d = apart(a, b);
+    let least = min(a.w, b.w);
+#endif
 #ifdef PAIRWISE
-    let base = min(a.w, b.w) + sensitivity;
+    let base = least + sensitivity;
     if d != 0u {
         d = select(min(((d << 10u) + max(base, 1u) - 1u) / max(base, 1u), 16383u), 16383u, base == 0u);
     }
 #endif
-#ifdef NORM_L1
+#ifdef MEAN
     return sum + d;
 #else
 #ifdef NORM_LINF
@@ -404,10 +415,21 @@ fn is_taken(x: u32, y: u32) -> vec2<bool> {
 #ifdef SUB_SAMPLED
     return vec2<bool>(((x | y) & 1u) == 0u);
 #else
+#ifdef QUAD
+    return vec2<bool>(x == 2u && (y == 2u || y == 3u), y == 2u && (x == 2u || x == 3u));
+#else
     return vec2<bool>(true);
 #endif
 #endif
+#endif
 }
+
+#ifdef SOBEL
+// Three cells in a line, the middle one twice.
+fn side_of(middle: u32, apart: u32, picture: u32) -> vec4<u32> {
+    return cell_at(middle - apart, picture) + 2u * cell_at(middle, picture) + cell_at(middle + apart, picture);
+}
+#endif
 
 // Sums over the window whose upper left cell is given. Windows start at odd pixels.
 fn sums_of(corner: u32, picture: u32) -> Sums {
@@ -428,12 +450,21 @@ fn sums_of(corner: u32, picture: u32) -> Sums {
         let here = cell_at(cell, picture);
         let taken = is_taken(x + 1u, y + 1u);
         sums.luma += here.w;
+#ifdef SOBEL
+        if (x == 1u || x == 2u) && (y == 1u || y == 2u) {
+            sums.errors.x = joined(
+                sums.errors.x, side_of(cell - 1u, WIDTH, picture), side_of(cell + 1u, WIDTH, picture), sensitivity);
+            sums.errors.y = joined(
+                sums.errors.y, side_of(cell - WIDTH, 1u, picture), side_of(cell + WIDTH, 1u, picture), sensitivity);
+        }
+#else
         if x < 3u && taken.x {
             sums.errors.x = joined(sums.errors.x, here, cell_at(cell + 1u, picture), sensitivity);
         }
         if y < 3u && taken.y {
             sums.errors.y = joined(sums.errors.y, here, cell_at(cell + WIDTH, picture), sensitivity);
         }
+#endif
     }
     return sums;
 }
@@ -489,7 +520,7 @@ fn is_below(error: u32, b: u32, base: u32, tolerance: u32, factor: u32) -> bool 
     return is_less(Mag(be.m, be.e + 27), t);
 #else
     let square = times_above(times_above(above(b), above(b)), above(error));
-    return is_less(Mag(square.m, square.e + 54), times_below(times_below(t, t), below(#{PAIRS}u)));
+    return is_less(Mag(square.m, square.e + i32(#{SQUARE_SHIFT}u)), times_below(times_below(t, t), below(#{PAIRS}u)));
 #endif
 #endif
 }
@@ -524,7 +555,11 @@ fn logs_of(sums: Sums, place: Place, tolerance: u32) -> vec2<u32> {
 #ifdef PAIRWISE
     let base = ONE;
 #else
+#ifdef ABSOLUTE
+    let base = 16u * ONE;
+#else
     let base = sums.luma + 16u * params.ambient;
+#endif
 #endif
     return vec2<u32>(
         log_on(sums.errors.x, place.speed.x, base, tolerance, place.previous.x, largest.x),

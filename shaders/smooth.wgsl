@@ -5,12 +5,19 @@ struct Params {
     size: vec2<u32>,
     // Words in a row.
     pitch: u32,
-    room: u32,
+    // Whether reasons are those of these rates.
+    has_reasons: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: Params;
 @group(0) @binding(1) var<storage, read> raw: array<u32>;
 @group(0) @binding(2) var<storage, read_write> smooth_rates: array<u32>;
+#ifdef REASONS
+@group(0) @binding(3) var<storage, read_write> reasons: array<u32>;
+#endif
+
+// Of src/analyse/reasons.rs.
+const REASON_NEIGHBOUR: u32 = 9u;
 
 fn logs_at(quad: vec2<u32>) -> vec2<u32> {
     let word = raw[quad.y * params.pitch + (quad.x >> 2u)];
@@ -55,5 +62,18 @@ fn smooth_words(@builtin(global_invocation_id) id: vec3<u32>) {
             word |= smoothed(quad) << (i * 8u);
         }
     }
-    smooth_rates[id.y * params.pitch + id.x] = word;
+    let at = id.y * params.pitch + id.x;
+    smooth_rates[at] = word;
+#ifdef REASONS
+    if params.has_reasons != 0u {
+        let changed = raw[at] ^ word;
+        var why = reasons[at];
+        for (var i = 0u; i < 4u; i++) {
+            if id.x * 4u + i < params.size.x && extractBits(changed, i * 8u, 8u) != 0u {
+                why = insertBits(why, REASON_NEIGHBOUR, i * 8u, 8u);
+            }
+        }
+        reasons[at] = why;
+    }
+#endif
 }

@@ -5,8 +5,9 @@
 
 use std::fmt;
 
-use crate::analyse::settings::{
-    Blur, Difference, Form, Norm, Pairs, Settings, Smoothing, Stability,
+use crate::analyse::{
+    integer::root_shift,
+    settings::{Blur, Difference, Form, Norm, Pairs, Settings, Smoothing, Stability, Weights},
 };
 
 /// The form in which the previous picture is had.
@@ -113,6 +114,20 @@ impl Binding {
         self as u32
     }
 
+    /// Whether it is a storage buffer, given the form of the colour.
+    pub fn is_storage_buffer(self, colour: ColourForm) -> bool {
+        match self {
+            Binding::Tables
+            | Binding::Rates
+            | Binding::Attachment
+            | Binding::Reasons
+            | Binding::PreviousRates
+            | Binding::SqrtLuma => true,
+            Binding::Colour | Binding::After => colour == ColourForm::SqrtLuma,
+            _ => false,
+        }
+    }
+
     /// Its name.
     pub fn name(self) -> &'static str {
         match self {
@@ -136,14 +151,32 @@ impl Binding {
     }
 }
 
-/// Settings that call for what the scene has not.
+/// Storage buffers that wgpu's default limits let a stage bind, `max_storage_buffers_per_shader_stage`.
+pub const MOST_STORAGE_BUFFERS: u32 = 8;
+
+/// Why there is no plan.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{effect} needs {what}, which the scene does not declare")]
-pub struct PlanError {
-    /// The effect.
-    pub effect: &'static str,
-    /// What it needs.
-    pub what: &'static str,
+#[non_exhaustive]
+pub enum PlanError {
+    /// Settings that call for what the scene has not.
+    #[error("{effect} needs {what}, which the scene does not declare")]
+    Missing {
+        /// The effect.
+        effect: &'static str,
+        /// What it needs.
+        what: &'static str,
+    },
+    /// More storage buffers than a device binds.
+    #[error(
+        "the plan binds {} storage buffers ({}), and a stage binds {most}; leave out an output that is not used",
+        .names.len(), .names.join(", ")
+    )]
+    TooManyBuffers {
+        /// Which.
+        names: Vec<&'static str>,
+        /// How many a device binds.
+        most: u32,
+    },
 }
 
 /// A compute pass of the analysis.
@@ -186,7 +219,7 @@ impl Plan {
             (
                 settings.later_blur,
                 scene.blur
-                    && matches!(settings.motion, Some(motion) if motion.blur == Blur::Scaled),
+                    && matches!(settings.motion, Some(motion) if matches!(motion.blur, Blur::Scaled | Blur::Linear)),
                 "a later blur",
                 "its width and motion-adaptive shading by the scalers",
             ),
@@ -216,7 +249,7 @@ impl Plan {
             ),
         ];
         if let Some((_, _, effect, what)) = needs.into_iter().find(|&(on, had, ..)| on && !had) {
-            return Err(PlanError { effect, what });
+            return Err(PlanError::Missing { effect, what });
         }
         let effects = effects(scene, settings);
         let has = |name: &str| effects.contains(&name);
@@ -247,22 +280,45 @@ impl Plan {
             luma.kernel = "analyse.wgsl (write_luma)";
             passes.push(luma);
         }
-        let smooth = |effect| PlannedPass {
-            kernel: "smooth.wgsl",
-            bindings: 3,
-            effects: vec![effect],
+        let smooth = |effect| {
+            let mut effects = vec![effect];
+            effects.extend(scene.reasons.then_some("REASONS"));
+            PlannedPass {
+                kernel: "smooth.wgsl",
+                bindings: 3 + usize::from(scene.reasons),
+                effects,
+            }
         };
         match settings.smoothing {
             Smoothing::None => {}
             Smoothing::Limit => passes.push(smooth("LIMIT")),
             Smoothing::Conservative => passes.push(smooth("CONSERVATIVE")),
         }
-        Ok(Plan {
+        let plan = Plan {
             scene: *scene,
             settings: settings.clone(),
             passes,
             bindings,
-        })
+        };
+        plan.within(MOST_STORAGE_BUFFERS)?;
+        Ok(plan)
+    }
+
+    /// Whether a device that binds so many storage buffers to a stage can run it; [`new`](Plan::new) has asked for
+    /// [`MOST_STORAGE_BUFFERS`].
+    ///
+    /// # Errors
+    /// If the plan binds more.
+    pub fn within(&self, most: u32) -> Result<(), PlanError> {
+        let buffers = self
+            .bindings
+            .iter()
+            .filter(|b| b.is_storage_buffer(self.scene.colour));
+        let names: Vec<&str> = buffers.map(|binding| binding.name()).collect();
+        match names.len() as u32 <= most {
+            true => Ok(()),
+            false => Err(PlanError::TooManyBuffers { names, most }),
+        }
     }
 
     /// The definitions of the first kernel.
@@ -272,8 +328,14 @@ impl Plan {
         let pairs = match self.settings.content.pairs {
             Pairs::All => 12,
             Pairs::Interleaved => 6,
-            Pairs::SubSampled => 2,
+            Pairs::SubSampled | Pairs::Quad => 2,
+            Pairs::Sobel => 4,
         };
+        let square_shift = match self.settings.content.norm {
+            Norm::Root => root_shift(self.settings.content.form),
+            _ => 54,
+        };
+        defs.push(("SQUARE_SHIFT", square_shift as u32));
         defs.push(("PAIRS", pairs));
         defs.push(("TILE_HEIGHT", self.tile_height()));
         defs
@@ -326,10 +388,15 @@ fn effects(scene: &Scene, settings: &Settings) -> Vec<&'static str> {
         ),
         ("RGB", content.difference == Difference::Rgb),
         ("PAIRWISE", matches!(content.form, Form::Pairwise { .. })),
+        ("ABSOLUTE", content.form == Form::Absolute),
+        ("REC709", content.weights == Weights::Rec709),
+        ("MEAN", matches!(content.norm, Norm::L1 | Norm::Root)),
         ("NORM_L1", content.norm == Norm::L1),
         ("NORM_LINF", content.norm == Norm::LInf),
         ("INTERLEAVED", content.pairs == Pairs::Interleaved),
         ("SUB_SAMPLED", content.pairs == Pairs::SubSampled),
+        ("QUAD", content.pairs == Pairs::Quad),
+        ("SOBEL", content.pairs == Pairs::Sobel),
         ("MOTION", settings.motion.is_some()),
         ("STANDALONE", matches!(blur, Some(Blur::Standalone { .. }))),
         ("LADDER", matches!(blur, Some(Blur::Ladder(_)))),
@@ -429,6 +496,32 @@ mod tests {
         );
         assert_eq!(plan.passes.len(), 2);
         assert_eq!(plan.to_json()["passes"][1]["kernel"], "smooth.wgsl");
+    }
+
+    #[test]
+    fn more_storage_buffers_than_a_device_binds_are_refused_by_name() {
+        let everything = Scene {
+            colour: ColourForm::SqrtLuma,
+            after_transparents: true,
+            previous_rates: true,
+            attachment: true,
+            reasons: true,
+            ..Scene::default()
+        };
+        let settings = Settings {
+            transparents: true,
+            stability: Stability::Hysteresis,
+            ..Settings::default()
+        };
+        let plan = Plan::new(&everything, &settings).expect("the most there is fits");
+        let error = plan.within(6).expect_err("seven").to_string();
+        assert!(
+            error.starts_with("the plan binds 7 storage buffers (tables, rates, colour"),
+            "{error}"
+        );
+        let least = Plan::new(&Scene::default(), &Settings::default()).expect("a plan");
+        assert_eq!(least.within(2), Ok(()), "tables and rates");
+        assert!(least.within(1).is_err());
     }
 
     #[test]

@@ -285,3 +285,264 @@ fn a_misused_option_says_what_it_takes() {
         assert!(error.contains(wanted), "{options:?}: {error}");
     }
 }
+
+/// An EXR of channels of a layer, row by row.
+fn exr(path: &str, size: [u32; 2], channels: &[(&str, Vec<f32>)]) {
+    use exr::prelude::*;
+    let list: Vec<AnyChannel<FlatSamples>> = channels
+        .iter()
+        .map(|(name, values)| AnyChannel::new(*name, FlatSamples::F32(values.clone())))
+        .collect();
+    let layer = Layer::new(
+        (size[0] as usize, size[1] as usize),
+        LayerAttributes::named("frame"),
+        Encoding::FAST_LOSSLESS,
+        AnyChannels::sort(list.into()),
+    );
+    Image::from_layer(layer)
+        .write()
+        .to_file(path)
+        .expect("an EXR");
+}
+
+#[test]
+fn the_gpu_and_the_cpu_write_the_same_files() {
+    let folder = folder();
+    let input = at(&folder, "in.png");
+    picture().save(&input).expect("a picture");
+    let sets: [&[&str]; 5] = [
+        &[],
+        &["--estimator", "gdc", "--largest", "4x4"],
+        &[
+            "--norm",
+            "linf",
+            "--smoothing",
+            "limit",
+            "--granularity",
+            "8",
+        ],
+        &["--luma-source", "root", "--derivatives", "sub-sampled"],
+        &["--estimator", "sobel", "--difference", "rgb", "--k", "3"],
+    ];
+    for set in sets {
+        let files = [["a.png", "a-why.png"], ["b.png", "b-why.png"]]
+            .map(|names| names.map(|n| at(&folder, n)));
+        let mut shares = Vec::new();
+        for (names, more) in files.iter().zip([&[][..], &["--cpu"]]) {
+            let mut arguments = vec![
+                input.as_str(),
+                "--json",
+                "-o",
+                &names[0],
+                "--reasons",
+                &names[1],
+            ];
+            arguments.extend_from_slice(set);
+            arguments.extend_from_slice(more);
+            let output = vrcs(&arguments);
+            assert!(output.status.success(), "{set:?}: {}", text(&output.stderr));
+            shares.push(text(&output.stdout));
+        }
+        assert_eq!(shares[0], shares[1], "{set:?}");
+        for kind in 0..2 {
+            assert_eq!(grey(&files[0][kind]), grey(&files[1][kind]), "{set:?}");
+        }
+    }
+}
+
+#[test]
+fn the_frame_before_is_fetched_along_motion_and_what_was_hidden_is_fine() {
+    let folder = folder();
+    let size = [64u32, 32];
+    // stripes from column 32 on; this frame, all has moved 16 pixels to the left
+    let before = RgbImage::from_fn(64, 32, |x, _| match (x >= 32, x % 2) {
+        (true, 0) => Rgb([20, 20, 20]),
+        (true, _) => Rgb([230, 230, 230]),
+        (false, _) => Rgb([120, 120, 120]),
+    });
+    let names = [
+        "now.png",
+        "before.png",
+        "motion.exr",
+        "depth.exr",
+        "depth0.exr",
+        "sri.png",
+        "why.png",
+    ];
+    let [now, old, motion, depth, depth0, sri, why] = names.map(|name| at(&folder, name));
+    before.save(&old).expect("a picture");
+    RgbImage::new(64, 32).save(&now).expect("a picture");
+    let count = 64 * 32;
+    // so slow across that no blur hides it, were it not for its scale
+    exr(
+        &motion,
+        size,
+        &[("v.X", vec![-16.0; count]), ("v.Y", vec![0.0; count])],
+    );
+    exr(&depth, size, &[("Z", vec![0.5; count])]);
+    // the lower half was covered by something near
+    exr(
+        &depth0,
+        size,
+        &[(
+            "Z",
+            (0..count)
+                .map(|i| if i < count / 2 { 0.5 } else { 0.9 })
+                .collect(),
+        )],
+    );
+    let arguments = [
+        now.as_str(),
+        "--previous",
+        &old,
+        "--motion",
+        &motion,
+        "--depth",
+        &depth,
+        "--previous-depth",
+        &depth0,
+        "-o",
+        &sri,
+        "--reasons",
+        &why,
+    ];
+    let mut seen = Vec::new();
+    for more in [&[][..], &["--cpu"]] {
+        let all: Vec<&str> = arguments
+            .iter()
+            .copied()
+            .chain(more.iter().copied())
+            .collect();
+        let output = vrcs(&all);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        let (rates, why) = (grey(&sri), grey(&why));
+        assert_eq!(*rates.get_pixel(4, 3), Luma([5]), "plain");
+        assert_eq!(*why.get_pixel(28, 3), Luma([4]), "it came from outside");
+        assert_eq!(*why.get_pixel(4, 12), Luma([5]), "it was hidden");
+        assert_eq!(*rates.get_pixel(4, 12), Luma([0]));
+        seen.push((rates, why));
+    }
+    assert_eq!(seen[0], seen[1]);
+}
+
+#[test]
+fn motion_of_the_camera_comes_from_depth_and_matrices() {
+    let folder = folder();
+    let names = ["now.png", "depth.exr", "still.json", "fast.json", "sri.png"];
+    let [now, depth, still, fast, sri] = names.map(|name| at(&folder, name));
+    picture().save(&now).expect("a picture");
+    exr(&depth, [70, 37], &[("Z", vec![0.5; 70 * 37])]);
+    let unit = "[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]";
+    // a step of 0.4 in a picture that is 2 wide: 14 pixels
+    let moved = "[[1,0,0,0.4],[0,1,0,0],[0,0,1,0],[0,0,0,1]]";
+    for (path, before) in [(&still, unit), (&fast, moved)] {
+        let json =
+            format!("{{\"view_projection\": {unit}, \"previous_view_projection\": {before}}}");
+        std::fs::write(path, json).expect("a file");
+    }
+    for (matrices, wanted) in [(&still, 1), (&fast, 5)] {
+        let output = vrcs(&[&now, "--depth", &depth, "--matrices", matrices, "-o", &sri]);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        assert_eq!(
+            *grey(&sri).get_pixel(25, 5),
+            Luma([wanted]),
+            "stripes across"
+        );
+    }
+}
+
+#[test]
+fn inputs_that_do_not_fit_are_one_line_that_says_which() {
+    let folder = folder();
+    let names = [
+        "in.png",
+        "small.exr",
+        "odd.exr",
+        "text.exr",
+        "bad.json",
+        "flat.json",
+        "good.exr",
+    ];
+    let [input, small, odd, text_file, bad, flat, good] = names.map(|name| at(&folder, name));
+    picture().save(&input).expect("a picture");
+    exr(
+        &small,
+        [4, 4],
+        &[("X", vec![0.0; 16]), ("Y", vec![0.0; 16])],
+    );
+    exr(&odd, [70, 37], &[("Q", vec![0.0; 70 * 37])]);
+    exr(&good, [70, 37], &[("Z", vec![0.0; 70 * 37])]);
+    std::fs::write(&text_file, "no picture").expect("a file");
+    std::fs::write(&bad, "{\n\"view_projection\": 3}").expect("a file");
+    let zero = "[[0,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]";
+    std::fs::write(
+        &flat,
+        format!("{{\"view_projection\": {zero}, \"previous_view_projection\": {zero}}}"),
+    )
+    .expect("a file");
+    let input = input.as_str();
+    let cases: [(&[&str], i32, &[&str]); 10] = [
+        (&["--motion", &small], 3, &["small.exr", "4x4", "70x37"]),
+        (&["--motion", &odd], 3, &["odd.exr", "Q", "X and Y"]),
+        (
+            &["--motion", &text_file],
+            3,
+            &["text.exr", "cannot be read"],
+        ),
+        (&["--depth", &good], 2, &["--previous-depth"]),
+        (
+            &["--depth", &good, "--previous-depth", &good],
+            2,
+            &["--previous"],
+        ),
+        (&["--depth", &good, "--matrices", &bad], 3, &["bad.json:2"]),
+        (
+            &["--depth", &good, "--matrices", &flat],
+            3,
+            &["flat.json", "no inverse"],
+        ),
+        (&["--estimator", "wicked"], 2, &["--motion"]),
+        (&["--white", "3"], 2, &["power of two"]),
+        (&["--k", "0.5"], 2, &["factor k", "from 1 to 15"]),
+    ];
+    for (options, status, words) in cases {
+        let mut arguments = vec![input];
+        arguments.extend_from_slice(options);
+        assert_error(&vrcs(&arguments), status, words, &folder);
+    }
+}
+
+#[test]
+fn a_plan_has_what_its_scene_declares_and_nothing_else() {
+    let plan = |arguments: &[&str]| {
+        Command::new(env!("CARGO_BIN_EXE_vrcs"))
+            .arg("plan")
+            .args(arguments)
+            .output()
+            .expect("the program")
+    };
+    let bindings = |name: &str| -> usize {
+        let output = plan(&[name, "--json"]);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        json["bindings"].as_array().expect("a list").len()
+    };
+    // parameters, tables, rates, colour, the rates before
+    assert_eq!(bindings("ramps"), 5);
+    // and motion, two depths, materials
+    assert_eq!(bindings("interior"), 9);
+    let folder = folder();
+    let scene = at(&folder, "scene.toml");
+    std::fs::write(&scene, "colour = \"sqrt-luma\"\n").expect("a file");
+    assert_eq!(bindings(&scene), 4);
+    let shown = text(&plan(&[&scene, "--size", "3840x2160"]).stdout);
+    assert!(shown.contains("buffer rates: 2211840 bytes"), "{shown}");
+    std::fs::write(&scene, "motion = true\nmotoin = true\n").expect("a file");
+    assert_error(&plan(&[&scene]), 3, &["scene.toml:2", "motoin"], &folder);
+    std::fs::write(&scene, "blur = true\n").expect("a file");
+    assert!(
+        plan(&[&scene]).status.success(),
+        "a blur without motion is left out"
+    );
+    assert_error(&plan(&["hall"]), 2, &["hall", "interior"], &folder);
+}

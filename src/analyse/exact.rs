@@ -3,12 +3,11 @@
 use super::{
     fixed, hysteresis,
     inputs::{Colour, Inputs, Output, WrongInput},
-    integer::pairs,
-    luma::{WEIGHTS, from_srgb},
+    luma::from_srgb,
     motion,
     params::Params,
     pipeline::{self, Numbers, Place},
-    settings::{Blur, Difference, Form, Norm, Settings, Stability, Transfer, curve},
+    settings::{Blur, Difference, Form, Norm, Pairs, Settings, Stability, Transfer, curve},
 };
 use std::cell::RefCell;
 
@@ -19,6 +18,9 @@ pub struct Exact {
     pub output: Output,
     /// How near to its threshold each quad's error came, as a share of it, row by row: 0 is on it.
     pub margins: Vec<f64>,
+    /// Whether any error of the quad lies so near to a threshold that the deterministic path may decide otherwise, row by row: nearer
+    /// than what its quantisation can do to both, as derived from this very window. See `doubt` in the source.
+    pub doubtful: Vec<bool>,
 }
 
 /// Runs the stage exactly.
@@ -37,11 +39,13 @@ pub fn analyse(inputs: &Inputs, settings: &Settings) -> Result<Exact, WrongInput
             inputs.after.map_or_else(Vec::new, |c| load(c, settings)),
         ],
         margins: RefCell::new(vec![f64::INFINITY; quads]),
+        doubtful: RefCell::new(vec![false; quads]),
     };
     let output = pipeline::run(&numbers, inputs, settings, &params)?;
     Ok(Exact {
         output,
         margins: numbers.margins.into_inner(),
+        doubtful: numbers.doubtful.into_inner(),
     })
 }
 
@@ -51,12 +55,20 @@ struct Reals<'a> {
     /// Red, green, blue in units of white.
     pictures: [Vec<Option<[f64; 3]>>; 2],
     margins: RefCell<Vec<f64>>,
+    doubtful: RefCell<Vec<bool>>,
 }
 
 struct Window {
     errors: [f64; 2],
     luma: f64,
+    /// By how much the deterministic path's mean of halves may be off.
+    off: f64,
 }
+
+/// A unit of luma of the deterministic path.
+const UNIT: f64 = 1.0 / fixed::ONE as f64;
+/// The rounding of one of its factors.
+const FACTOR: f64 = 0.5 / fixed::FACTOR_ONE as f64;
 
 fn load(colour: Colour, settings: &Settings) -> Vec<Option<[f64; 3]>> {
     let content = &settings.content;
@@ -90,11 +102,54 @@ fn load(colour: Colour, settings: &Settings) -> Vec<Option<[f64; 3]>> {
     }
 }
 
-fn luma(pixel: [f64; 3]) -> f64 {
-    (0..3).map(|c| WEIGHTS[c] * pixel[c]).sum()
+/// The differences of a window along an axis: pairs of pixels (column, row) by the papers' own words, and the weight of each.
+/// `corner` is the parity of the window's upper left pixel.
+fn steps(pairs: Pairs, axis: usize, corner: [u32; 2]) -> Vec<Vec<([usize; 2], f64)>> {
+    let next = |[x, y]: [usize; 2]| if axis == 0 { [x + 1, y] } else { [x, y + 1] };
+    let all = (0..4).flat_map(|y| (0..4).map(move |x| [x, y]));
+    let starts: Vec<[usize; 2]> = all
+        .filter(|&p| p[axis] < 3)
+        .filter(|&[x, y]| {
+            let (px, py) = (x + corner[0] as usize, y + corner[1] as usize);
+            match pairs {
+                Pairs::All => true,
+                // GDC: a chequerboard of steps across and down
+                Pairs::Interleaved => (px % 2 == py % 2) == (axis == 0),
+                Pairs::SubSampled => px % 2 == 0 && py % 2 == 0,
+                Pairs::Quad => [x, y].iter().all(|&i| i == 1 || i == 2) && [x, y][axis] == 1,
+                Pairs::Sobel => false,
+            }
+        })
+        .collect();
+    let plain = starts.into_iter().map(|p| vec![(p, -1.0), (next(p), 1.0)]);
+    let sobel = (1..3)
+        .flat_map(|y| (1..3).map(move |x| [x, y]))
+        .map(|[x, y]: [usize; 2]| {
+            let mut taps = Vec::new();
+            for side in [0usize, 2] {
+                for (i, weight) in [(0usize, 1.0), (1, 2.0), (2, 1.0)] {
+                    let at = if axis == 0 {
+                        [x - 1 + side, y - 1 + i]
+                    } else {
+                        [x - 1 + i, y - 1 + side]
+                    };
+                    taps.push((at, weight * (side as f64 - 1.0) / 8.0));
+                }
+            }
+            taps
+        });
+    match pairs {
+        Pairs::Sobel => sobel.collect(),
+        _ => plain.collect(),
+    }
 }
 
 impl Reals<'_> {
+    fn luma(&self, pixel: [f64; 3]) -> f64 {
+        let weights = self.settings.content.weights.exact();
+        (0..3).map(|c| weights[c] * pixel[c]).sum()
+    }
+
     fn tolerance(&self, place: &Place, again: bool) -> f64 {
         let settings = self.settings;
         let mut tolerance = curve(&settings.overshoot, self.inputs.resolution_scale);
@@ -129,6 +184,34 @@ impl Reals<'_> {
         tolerance
     }
 
+    /// Whether the deterministic path, rounding as [`fixed`] says, might find the other side of `b · error < threshold`.
+    fn doubt(&self, window: &Window, error: f64, b: f64, threshold: f64, factor: f64) -> bool {
+        let settings = self.settings;
+        let content = &settings.content;
+        let off = match content.norm {
+            // the root of what is off
+            Norm::Root => (error * error + window.off).sqrt() - error,
+            _ => window.off,
+        };
+        // t, the tolerances and the stability are rounded, each product of magnitudes by 2^-14
+        let mut share =
+            FACTOR / content.threshold + 4.0 * FACTOR / factor.min(1.0) + 12.0 / 16_384.0;
+        if settings.foveation.is_some() {
+            // the falloff's table has 256 steps
+            share += 0.03;
+        }
+        if settings.materials.is_some() {
+            share += 1.0 / 128.0;
+        }
+        let base = match content.form {
+            Form::Window => content.threshold * factor * 1.5 * UNIT,
+            _ => 0.0,
+        };
+        let band = b * off + 2.0 * FACTOR * error + threshold * share + base;
+        // what is no number was decided before
+        (b * error - threshold).abs() <= band
+    }
+
     fn stability(&self, log2: u8, previous: u8) -> f64 {
         let norm = self.settings.content.norm;
         match self.settings.stability {
@@ -147,25 +230,38 @@ impl Numbers for Reals<'_> {
         let pixels =
             sources.map(|from| self.pictures[picture][from as usize].unwrap_or([f64::NAN; 3]));
         let content = &self.settings.content;
-        let darkest = pixels
-            .iter()
-            .map(|&p| luma(p))
-            .fold(f64::INFINITY, f64::min);
+        let lumas = pixels.map(|p| self.luma(p));
+        let darkest = lumas.into_iter().fold(f64::INFINITY, f64::min);
+        let mut least_base = f64::INFINITY;
+        let mut most_relative = 0.0f64;
         let errors = std::array::from_fn(|axis| {
-            let halves = pairs(content.pairs, axis, corner).map(|(a, b)| {
-                let (a, b) = (pixels[a], pixels[b]);
-                let channels: [f64; 3] = std::array::from_fn(|c| (a[c] - b[c]).abs());
+            let halves = steps(content.pairs, axis, corner).into_iter().map(|taps| {
+                let sum = |of: &dyn Fn(usize) -> f64| -> f64 {
+                    taps.iter().map(|&([x, y], w)| of(y * 4 + x) * w).sum()
+                };
+                let channels: [f64; 3] = std::array::from_fn(|c| sum(&|i| pixels[i][c]).abs());
                 let d = match content.difference {
-                    Difference::Luma => (luma(a) - luma(b)).abs(),
+                    Difference::Luma => sum(&|i| lumas[i]).abs(),
                     Difference::LargestChannel => channels.into_iter().fold(0.0, f64::max),
-                    Difference::Rgb => luma(channels),
+                    Difference::Rgb => self.luma(channels),
+                };
+                // the darker side
+                let side = |sign: f64| -> f64 {
+                    let of = taps.iter().filter(|tap| tap.1 * sign > 0.0);
+                    let (sum, all) = of.fold((0.0, 0.0), |(sum, all), &([x, y], w)| {
+                        (sum + lumas[y * 4 + x] * w, all + w)
+                    });
+                    sum / all
                 };
                 let relative = match content.form {
-                    Form::Window => d,
+                    Form::Window | Form::Absolute => d,
                     Form::Pairwise { .. } if d == 0.0 => 0.0,
                     Form::Pairwise { sensitivity } => {
                         let bs = sensitivity * (1.0 - (50.0 * darkest - 2.5).clamp(0.0, 1.0));
-                        (d / (luma(a).min(luma(b)) + bs)).min(16_383.0 / 1024.0)
+                        let base = side(1.0).min(side(-1.0)) + bs;
+                        least_base = least_base.min(base);
+                        most_relative = most_relative.max((d / base).min(16.0));
+                        (d / base).min(16_383.0 / 1024.0)
                     }
                 };
                 relative / 2.0
@@ -182,29 +278,41 @@ impl Numbers for Reals<'_> {
             }
             match content.norm {
                 Norm::L1 => sum / n,
+                Norm::Root => (sum / n).sqrt(),
                 Norm::L2 => (sum / n).sqrt(),
                 Norm::LInf => most,
             }
         });
+        // a luma is off by half a unit for its channels and half for their sum, a difference by two, its half by one; a norm moves
+        // no more than what goes into it
+        let off = match content.form {
+            Form::Window | Form::Absolute => UNIT,
+            Form::Pairwise { sensitivity } => {
+                // the base by one, and by the ramp's slope of 50
+                let base = UNIT * (2.0 + 50.0 * sensitivity);
+                let relative = (2.0 * UNIT + most_relative * base) / (least_base - base).max(1e-9);
+                (relative + 1.0 / 1024.0) / 2.0
+            }
+        };
         Window {
+            off,
             errors,
-            luma: pixels.iter().map(|&p| luma(p)).sum::<f64>() / 16.0,
+            luma: lumas.iter().sum::<f64>() / 16.0,
         }
     }
 
     fn is_below(&self, window: &Window, axis: usize, log2: u8, place: &Place, again: bool) -> bool {
         let content = &self.settings.content;
         let speed = motion::speed_at(place.speed[axis]);
-        let scaled = matches!(self.settings.motion, Some(motion) if motion.blur == Blur::Scaled);
-        let b = match (log2, scaled) {
-            (1, true) => motion::half(speed),
-            (1, false) => 1.0,
-            (_, true) => motion::quarter(speed, content.k),
-            (_, false) => content.k,
+        let [half, quarter] = match self.settings.motion.map(|motion| motion.blur) {
+            Some(Blur::Scaled) => [motion::half(speed), motion::quarter(speed, content.k)],
+            Some(Blur::Linear) => motion::linear(speed, content.k),
+            _ => [1.0, content.k],
         };
+        let b = if log2 == 1 { half } else { quarter };
         let base = match content.form {
             Form::Window => window.luma + content.ambient,
-            Form::Pairwise { .. } => 1.0,
+            Form::Pairwise { .. } | Form::Absolute => 1.0,
         };
         let factor = self.tolerance(place, again) * self.stability(log2, place.previous[axis]);
         let threshold = content.threshold * base * factor;
@@ -216,6 +324,9 @@ impl Numbers for Reals<'_> {
             true => 0.0,
             false => known.min(margin),
         };
+        if self.doubt(window, window.errors[axis], b, threshold, factor) {
+            self.doubtful.borrow_mut()[quad] = true;
+        }
         error < threshold
     }
 
@@ -225,7 +336,7 @@ impl Numbers for Reals<'_> {
 
     fn sqrt_luma(&self, pixel: usize) -> u8 {
         let last = &self.pictures[usize::from(self.settings.transparents)];
-        last[pixel].map_or(255, |p| (luma(p).sqrt() * 255.0).round() as u8)
+        last[pixel].map_or(255, |p| (self.luma(p).sqrt() * 255.0).round() as u8)
     }
 
     fn is_valid(&self, picture: usize, pixel: usize) -> bool {

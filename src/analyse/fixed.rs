@@ -140,9 +140,9 @@ pub fn sqrt_luma(code: u8) -> u32 {
 /// The weights of red, green and blue (Eq. 25), in 1/16384.
 pub const WEIGHTS: [u32; 3] = [4899, 9617, 1868];
 
-/// Luma of three channels (Eq. 25); at most [`ONE`].
-pub fn luma([r, g, b]: [u32; 3]) -> u32 {
-    (r * WEIGHTS[0] + g * WEIGHTS[1] + b * WEIGHTS[2] + (1 << 13)) >> 14
+/// Luma of three channels (Eq. 25), given weights in 1/16384; at most the largest channel.
+pub fn luma([r, g, b]: [u32; 3], weights: [u32; 3]) -> u32 {
+    (r * weights[0] + g * weights[1] + b * weights[2] + (1 << 13)) >> 14
 }
 
 #[cfg(test)]

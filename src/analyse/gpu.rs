@@ -47,7 +47,8 @@ pub struct BoundAnalysis {
     tables: wgpu::Buffer,
     group: wgpu::BindGroup,
     smooth: Vec<wgpu::BindGroup>,
-    smooth_params: Option<wgpu::Buffer>,
+    /// One for each of `smooth`, and whether reasons are those of its rates.
+    smooth_params: Vec<(wgpu::Buffer, bool)>,
 }
 
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -55,7 +56,7 @@ pub struct BoundAnalysis {
 struct SmoothParams {
     size: [u32; 2],
     pitch: u32,
-    room: u32,
+    has_reasons: u32,
 }
 
 fn kind(binding: Binding, colour: ColourForm) -> wgpu::BindingType {
@@ -155,20 +156,22 @@ impl Analysis {
             )
         });
         let smoothing = (plan.settings.smoothing != Smoothing::None).then(|| {
-            let kinds = [Binding::Params, Binding::Tables, Binding::Rates];
-            let layout = layout_of(
-                device,
-                (0..3).zip(kinds.map(|binding| kind(binding, colour))),
-            );
-            let defs: kernel::Defs = match plan.settings.smoothing {
-                Smoothing::Conservative => &[("CONSERVATIVE", 1)],
-                _ => &[],
-            };
+            let mut kinds = vec![Binding::Params, Binding::Tables, Binding::Rates];
+            let mut defs = Vec::new();
+            if plan.settings.smoothing == Smoothing::Conservative {
+                defs.push(("CONSERVATIVE", 1));
+            }
+            if plan.bindings.contains(&Binding::Reasons) {
+                kinds.push(Binding::Reasons);
+                defs.push(("REASONS", 1));
+            }
+            let kinds = kinds.into_iter().map(|binding| kind(binding, colour));
+            let layout = layout_of(device, (0..).zip(kinds));
             let pipeline = pipeline_of(
                 device,
                 &layout,
                 shader!("smooth.wgsl"),
-                defs,
+                &defs,
                 "smooth_words",
             );
             SmoothKernel { layout, pipeline }
@@ -247,23 +250,26 @@ impl Analysis {
             layout: &self.layout,
             entries: &entries,
         });
-        let smooth_params = self
-            .smoothing
-            .as_ref()
-            .map(|_| buffer(16, wgpu::BufferUsages::UNIFORM));
+        let mut smooth_params = Vec::new();
         let mut smooth = Vec::new();
-        if let (Some(kernel), Some(params)) = (&self.smoothing, &smooth_params) {
+        if let Some(kernel) = &self.smoothing {
             for (binding, from) in &raw {
+                let params = buffer(16, wgpu::BufferUsages::UNIFORM);
                 let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
+                let mut entries = vec![
+                    entry(0, params.as_entire_binding()),
+                    entry(1, from.as_entire_binding()),
+                    entry(2, given(*binding)?),
+                ];
+                if self.plan.bindings.contains(&Binding::Reasons) {
+                    entries.push(entry(3, given(Binding::Reasons)?));
+                }
                 smooth.push(device.create_bind_group(&wgpu::BindGroupDescriptor {
                     label: Some("vrcs smooth"),
                     layout: &kernel.layout,
-                    entries: &[
-                        entry(0, params.as_entire_binding()),
-                        entry(1, from.as_entire_binding()),
-                        entry(2, given(*binding)?),
-                    ],
+                    entries: &entries,
                 }));
+                smooth_params.push((params, *binding == Binding::Rates));
             }
         }
         Ok(BoundAnalysis {
@@ -283,12 +289,12 @@ impl Analysis {
         let is_sqrt_luma = self.plan.scene.colour == ColourForm::SqrtLuma;
         let tables = params::tables(settings, is_sqrt_luma, frame.resolution_scale);
         queue.write_buffer(&bound.tables, 0, bytemuck::cast_slice(&tables));
-        if let Some(buffer) = &bound.smooth_params {
+        for (buffer, is_rates) in &bound.smooth_params {
             let layout = SriLayout::new(frame.size[0], frame.size[1]);
             let smooth = SmoothParams {
                 size: [layout.width, layout.height],
                 pitch: layout.pitch / 4,
-                room: 0,
+                has_reasons: u32::from(*is_rates),
             };
             queue.write_buffer(buffer, 0, bytemuck::bytes_of(&smooth));
         }

@@ -11,7 +11,7 @@ use super::settings::Norm;
 pub fn gain(norm: Norm, log2: u8) -> f64 {
     let copies = f64::from(1u32 << log2.min(2));
     match norm {
-        Norm::L1 => 1.0,
+        Norm::L1 | Norm::Root => 1.0,
         Norm::L2 => copies.sqrt(),
         Norm::LInf => copies,
     }

@@ -45,7 +45,7 @@ impl<'a> Integers<'a> {
     fn new(inputs: &Inputs, settings: &'a Settings, params: &'a Params) -> Integers<'a> {
         let is_sqrt = matches!(inputs.colour, Colour::SqrtLuma(_));
         let tables = params::tables(settings, is_sqrt, inputs.resolution_scale);
-        let load = |colour: Colour| load(colour, &tables, params.white_log2);
+        let load = |colour: Colour| load(colour, &tables, settings, params.white_log2);
         let before = load(inputs.colour);
         let after = inputs.after.map_or_else(Vec::new, load);
         Integers {
@@ -61,7 +61,7 @@ impl<'a> Integers<'a> {
         match self.settings.content.difference {
             Difference::Luma => a.luma.abs_diff(b.luma),
             Difference::LargestChannel => channels.into_iter().max().unwrap_or_default(),
-            Difference::Rgb => fixed::luma(channels),
+            Difference::Rgb => fixed::luma(channels, self.settings.content.weights.fixed()),
         }
     }
 
@@ -110,9 +110,14 @@ pub(super) fn material(place: &Place, params: &Params) -> u32 {
     FACTOR_ONE - slow.min(FACTOR_ONE)
 }
 
-fn load(colour: Colour, tables: &[u32], white_log2: i32) -> Vec<Option<Pixel>> {
+fn load(
+    colour: Colour,
+    tables: &[u32],
+    settings: &Settings,
+    white_log2: i32,
+) -> Vec<Option<Pixel>> {
     let pixel = |channels: [u32; 3]| Pixel {
-        luma: fixed::luma(channels),
+        luma: fixed::luma(channels, settings.content.weights.fixed()),
         channels,
     };
     match colour {
@@ -140,6 +145,22 @@ fn load(colour: Colour, tables: &[u32], white_log2: i32) -> Vec<Option<Pixel>> {
     }
 }
 
+/// What brings both sides of [`Norm::Root`]'s comparison to one unit, as a power of two: relative differences have four bits less
+/// than lumas, and their threshold, which is squared, as well.
+pub(crate) fn root_shift(form: Form) -> i32 {
+    match form {
+        Form::Pairwise { .. } => 65,
+        Form::Window | Form::Absolute => 69,
+    }
+}
+
+fn weighted([a, b, c]: [Pixel; 3]) -> Pixel {
+    Pixel {
+        luma: a.luma + 2 * b.luma + c.luma,
+        channels: std::array::from_fn(|i| a.channels[i] + 2 * b.channels[i] + c.channels[i]),
+    }
+}
+
 /// The pairs of a window on an axis: indices of the two pixels, by the pairs' choice. `corner` is the parity of the window's
 /// upper left pixel.
 pub(super) fn pairs(
@@ -158,6 +179,8 @@ pub(super) fn pairs(
             Pairs::All => true,
             Pairs::Interleaved => (px + py) & 1 == axis as u32,
             Pairs::SubSampled => px & 1 == 0 && py & 1 == 0,
+            Pairs::Quad => along == 1 && (1..=2).contains(&if axis == 0 { y } else { x }),
+            Pairs::Sobel => false,
         };
         is_taken.then(|| (i, i + if axis == 0 { 1 } else { 4 }))
     })
@@ -168,8 +191,17 @@ pub(super) fn count(pairs: Pairs) -> u32 {
     match pairs {
         Pairs::All => 12,
         Pairs::Interleaved => 6,
-        Pairs::SubSampled => 2,
+        Pairs::SubSampled | Pairs::Quad => 2,
+        Pairs::Sobel => 4,
     }
+}
+
+/// Sobel's pixels before and after each of the quad's own on an axis; the middle one of three counts twice.
+fn sobel(axis: usize) -> [[[usize; 3]; 2]; 4] {
+    let (along, across) = if axis == 0 { (1, 4) } else { (4, 1) };
+    [5usize, 6, 9, 10].map(|own| {
+        [own - along, own + along].map(|middle| [middle - across, middle, middle + across])
+    })
 }
 
 impl Numbers for Integers<'_> {
@@ -188,21 +220,30 @@ impl Numbers for Integers<'_> {
         let sensitivity = (self.params.sensitivity * (ONE - ramp)) >> 14;
         let errors = std::array::from_fn(|axis| {
             let mut sum = 0;
-            for (a, b) in pairs(content.pairs, axis, corner) {
-                let (a, b) = (pixels[a], pixels[b]);
-                let mut d = self.difference(a, b);
+            let mut join = |mut d: u32, least: u32| {
                 if let Form::Pairwise { .. } = content.form {
-                    let base = a.luma.min(b.luma) + sensitivity;
-                    d = match (d, base) {
+                    d = match (d, least + sensitivity) {
                         (0, _) => 0,
                         (_, 0) => 16_383,
                         (d, base) => ((d << 10).div_ceil(base)).min(16_383),
                     };
                 }
                 match content.norm {
-                    Norm::L1 => sum += d,
+                    Norm::L1 | Norm::Root => sum += d,
                     Norm::L2 => sum += d * d,
                     Norm::LInf => sum = sum.max(d),
+                }
+            };
+            for (a, b) in pairs(content.pairs, axis, corner) {
+                let (a, b) = (pixels[a], pixels[b]);
+                join(self.difference(a, b), a.luma.min(b.luma));
+            }
+            if content.pairs == Pairs::Sobel {
+                for sides in sobel(axis) {
+                    let [a, b] = sides.map(|side| weighted(side.map(|i| pixels[i])));
+                    // eight steps from pixel to pixel
+                    let d = self.difference(a, b).div_ceil(8);
+                    join(d, a.luma.min(b.luma) >> 2);
                 }
             }
             sum
@@ -223,6 +264,7 @@ impl Numbers for Integers<'_> {
         let base = match self.settings.content.form {
             Form::Window => window.luma + 16 * params.ambient,
             Form::Pairwise { .. } => ONE,
+            Form::Absolute => 16 * ONE,
         };
         let threshold = Mag::below(base)
             .times_below(Mag::below(params.threshold))
@@ -239,6 +281,12 @@ impl Numbers for Integers<'_> {
                 .scaled(3 + 24)
                 .is_less(threshold.times_below(n)),
             Norm::LInf => b.times_above(error).scaled(3 + 24).is_less(threshold),
+            // the mean of halves against the square of the threshold
+            Norm::Root => b
+                .times_above(b)
+                .times_above(error)
+                .scaled(root_shift(self.settings.content.form))
+                .is_less(threshold.times_below(threshold).times_below(n)),
             Norm::L2 => b
                 .times_above(b)
                 .times_above(error)

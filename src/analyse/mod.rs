@@ -9,6 +9,7 @@
 //! | [`refit`] | k, b_H and b_Q by their definitions | Eq. 13, 17 to 19 |
 //! | [`reproject`] | camera motion from depth and matrices | §5.2 |
 //! | [`smoothing`] | limits between neighbours | §5.4; GDC pass 3 |
+//! | [`peers`] | what others decide by, as settings | research, table B |
 //! | [`settings`] | every effect's parameters | |
 //! | [`inputs`] | what goes in and what comes out | |
 //! | [`exact`] | the oracle, in f64 | |
@@ -36,6 +37,7 @@ pub mod integer;
 pub mod luma;
 pub mod motion;
 pub mod params;
+pub mod peers;
 pub mod pipeline;
 pub mod reasons;
 pub mod refit;
@@ -49,5 +51,6 @@ mod tests;
 pub use analyser::{Analyser, AnalyserError};
 pub use gpu::Analysis;
 pub use inputs::{Colour, Frame, Inputs, Output, WrongInput};
+pub use peers::Peer;
 pub use reasons::Reason;
 pub use settings::Settings;

@@ -26,6 +26,12 @@ fn still(speed: f64) -> f64 {
     }
 }
 
+/// b_H and b_Q by Intel VALAR's straight lines, which hold up to 16 pixels a frame; beyond, as there.
+pub fn linear(speed: f64, k: f64) -> [f64; 2] {
+    let speed = still(speed).min(16.0);
+    [1.0 - 0.0596 * speed, (k - 0.1229 * speed).max(0.0)]
+}
+
 /// The speed from which on a half rate may be used without looking at the content: b_H(v) < t / e (Eq. 24), solved for v. 0
 /// where any will do.
 pub fn standalone_speed(threshold: f64, error: f64) -> f64 {
@@ -81,6 +87,10 @@ pub fn table(blur: Option<Blur>, threshold: f64, k: f64) -> Vec<u32> {
                     fixed::factor_up(half(speed)),
                     fixed::factor_up(quarter(speed, k)),
                 ),
+                Some(Blur::Linear) => {
+                    let [half, quarter] = linear(speed, k);
+                    (fixed::factor_up(half), fixed::factor_up(quarter).max(1))
+                }
                 Some(Blur::Ladder(steps)) => {
                     let step = ladder(f64::from(index) / 8192.0, &steps);
                     let index = LADDER.iter().position(|&rate| rate == step);

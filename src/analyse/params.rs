@@ -156,7 +156,7 @@ impl Params {
             threshold: fixed::factor(content.threshold),
             ambient: units(content.ambient),
             sensitivity: match content.form {
-                Form::Window => 0,
+                Form::Window | Form::Absolute => 0,
                 Form::Pairwise { sensitivity } => units(sensitivity),
             },
             white_log2: content.white_log2,

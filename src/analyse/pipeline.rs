@@ -457,7 +457,7 @@ impl<N: Numbers> Stage<'_, N> {
         let motion = self.settings.motion?;
         let entry = |axis: usize| self.speeds[place.speed[axis] as usize];
         let logs = match motion.blur {
-            Blur::Scaled => return None,
+            Blur::Scaled | Blur::Linear => return None,
             Blur::Standalone { .. } => [0, 1].map(|axis| {
                 let entry = entry(axis);
                 (entry & 1) as u8 + ((entry & 1) & (entry >> 16)) as u8

@@ -13,6 +13,9 @@ pub enum Norm {
     L1,
     /// Maximum. Its feedback gain on ramps is 2 and 4.
     LInf,
+    /// The root of the mean of halved differences: what Intel's VALAR calls a mean square. Of another unit than the threshold, so
+    /// that t has to be 0.25 to 0.75.
+    Root,
 }
 
 /// Which pairs of neighbours are looked at.
@@ -25,6 +28,11 @@ pub enum Pairs {
     Interleaved,
     /// Pairs that start at even x and even y: two on each axis.
     SubSampled,
+    /// The quad's own: two on each axis (FidelityFX Variable Shading, without the diagonals of its range).
+    Quad,
+    /// Sobel's gradient at the quad's own pixels, as the difference from pixel to pixel: four on each axis (Monsho, Khronos' and
+    /// Unreal's samples).
+    Sobel,
 }
 
 /// What the difference of two pixels is.
@@ -61,6 +69,36 @@ pub enum Form {
         /// C of the slide, in units of white; 0 to 1.
         sensitivity: f64,
     },
+    /// The threshold is t, in units of white, bright or dark: FidelityFX and the Sobel filters.
+    Absolute,
+}
+
+/// How much each channel counts for luma.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Weights {
+    /// 0.299, 0.587 and 0.114: Eq. 25.
+    #[default]
+    Paper,
+    /// 0.2126, 0.7152 and 0.0722: those of sRGB's primaries (ITU-R BT.709).
+    Rec709,
+}
+
+impl Weights {
+    /// The weights of red, green and blue, in 1/16384; their sum is 16384.
+    pub const fn fixed(self) -> [u32; 3] {
+        match self {
+            Weights::Paper => super::fixed::WEIGHTS,
+            Weights::Rec709 => [3483, 11_718, 1183],
+        }
+    }
+
+    /// The weights of red, green and blue.
+    pub const fn exact(self) -> [f64; 3] {
+        match self {
+            Weights::Paper => super::luma::WEIGHTS,
+            Weights::Rec709 => [0.2126, 0.7152, 0.0722],
+        }
+    }
 }
 
 /// Content-adaptive shading (§3; GDC pass 1).
@@ -76,6 +114,8 @@ pub struct Content {
     pub transfer: Transfer,
     /// How brightness enters.
     pub form: Form,
+    /// What luma is.
+    pub weights: Weights,
     /// t of Eq. 15, 0 to 15. The paper uses 0.15 at 76 pixels per degree; less for fewer.
     pub threshold: f64,
     /// l of Eq. 15, in units of white, 0 to 1. The paper uses 0.05.
@@ -94,6 +134,7 @@ impl Default for Content {
             difference: Difference::Luma,
             transfer: Transfer::Srgb,
             form: Form::Window,
+            weights: Weights::Paper,
             threshold: 0.15,
             ambient: 0.05,
             k: 2.13,
@@ -107,6 +148,9 @@ impl Default for Content {
 pub enum Blur {
     /// It is scaled by b_H and b_Q (Eq. 20 to 22).
     Scaled,
+    /// It is scaled by straight lines, 1 − 0.0596 v and k − 0.1229 v, up to 16 pixels a frame and as there beyond: Intel's VALAR,
+    /// whose lines fall below 0 at 17 pixels and make everything coarse.
+    Linear,
     /// It is not looked at: b_H(v) < t / e alone decides (Eq. 23 and 24).
     Standalone {
         /// e of Eq. 24: the largest relative error that the scene's materials make.

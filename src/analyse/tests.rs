@@ -4,10 +4,6 @@ use super::{Colour, Inputs, Reason, Settings, exact, inputs::flags, integer, set
 use crate::{Rate, sri::Sri};
 use fastrand::Rng;
 
-/// How near to the threshold the twins may differ: quantisation to 1/16384 of white, and rounding to the fine side. Dark
-/// pictures have the largest: half a unit of a difference of some tens.
-const BAND: f64 = 0.05;
-
 fn rng() -> Rng {
     let seed = std::env::var("VRCS_SEED")
         .ok()
@@ -82,14 +78,24 @@ fn random(size: [u32; 2], span: u8, rng: &mut Rng) -> Vec<[u8; 4]> {
 
 fn contents() -> Vec<Content> {
     let mut all = Vec::new();
-    for norm in [Norm::L2, Norm::L1, Norm::LInf] {
-        for pairs in [Pairs::All, Pairs::Interleaved, Pairs::SubSampled] {
+    for norm in [Norm::L2, Norm::L1, Norm::LInf, Norm::Root] {
+        for pairs in [
+            Pairs::All,
+            Pairs::Interleaved,
+            Pairs::SubSampled,
+            Pairs::Quad,
+            Pairs::Sobel,
+        ] {
             for difference in [
                 Difference::Luma,
                 Difference::LargestChannel,
                 Difference::Rgb,
             ] {
-                for form in [Form::Window, Form::Pairwise { sensitivity: 0.07 }] {
+                for form in [
+                    Form::Window,
+                    Form::Absolute,
+                    Form::Pairwise { sensitivity: 0.07 },
+                ] {
                     all.push(Content {
                         norm,
                         pairs,
@@ -104,40 +110,43 @@ fn contents() -> Vec<Content> {
     all
 }
 
-/// Quads where the twins differ: how many in the band; outside it is a failure.
-fn compare(inputs: &Inputs, settings: &Settings) -> (usize, usize) {
+/// Quads where the twins differ, and all that may: those that the oracle finds [doubtful](exact::Exact::doubtful). A difference elsewhere
+/// is a failure.
+fn compare(inputs: &Inputs, settings: &Settings) -> [usize; 3] {
     let exact = exact::analyse(inputs, settings).expect("inputs that fit");
     let integer = integer::analyse(inputs, settings).expect("inputs that fit");
     let layout = exact.output.sri.layout();
-    let mut apart = 0;
+    let [mut apart, mut may] = [0; 2];
     for y in 0..layout.height {
         for x in 0..layout.width {
             let codes = [exact.output.sri.code(x, y), integer.sri.code(x, y)];
             // a rate of 4 hangs on its block
-            let nearest = (0..4)
-                .filter_map(|i| {
-                    let (bx, by) = ((x & !1) + i % 2, (y & !1) + i / 2);
-                    (bx < layout.width && by < layout.height)
-                        .then(|| exact.margins[(by * layout.width + bx) as usize])
-                })
-                .fold(f64::INFINITY, f64::min);
+            let is_doubtful = (0..4).any(|i| {
+                let (bx, by) = ((x & !1) + i % 2, (y & !1) + i / 2);
+                bx < layout.width
+                    && by < layout.height
+                    && exact.doubtful[(by * layout.width + bx) as usize]
+            });
+            may += usize::from(is_doubtful);
             if codes[0] != codes[1] {
                 assert!(
-                    nearest < BAND,
-                    "quad {x},{y}: {codes:?}, {nearest} from its threshold\n{settings:?}"
+                    is_doubtful,
+                    "quad {x},{y}: {codes:?}, {} from its threshold\n{settings:?}",
+                    exact.margins[(y * layout.width + x) as usize]
                 );
                 apart += 1;
             }
         }
     }
-    (apart, (layout.width * layout.height) as usize)
+    [apart, may, (layout.width * layout.height) as usize]
 }
 
+// fails without the rounding up of magnitudes in `Mag::above`: quads outside the band become coarse
 #[test]
-fn the_integer_twin_equals_the_oracle_but_near_a_threshold() {
+fn the_integer_twin_equals_the_oracle_but_in_the_derived_band() {
     let mut rng = rng();
     let size = [46, 30];
-    let (mut apart, mut total) = (0, 0);
+    let [mut apart, mut may, mut total] = [0; 3];
     for content in contents() {
         let pictures = [
             natural(size, rng.f64(), &mut rng),
@@ -153,13 +162,16 @@ fn the_integer_twin_equals_the_oracle_but_near_a_threshold() {
                     ..Settings::default()
                 };
                 let found = compare(&Inputs::of_colour(size, Colour::Codes(picture)), &settings);
-                apart += found.0;
-                total += found.1;
+                apart += found[0];
+                may += found[1];
+                total += found[2];
             }
         }
     }
-    println!("{apart} of {total} quads differ, all within {BAND} of their threshold");
-    assert!(apart * 50 < total, "{apart} of {total}");
+    println!("{apart} of {total} quads differ, of {may} whose errors lie in the derived band");
+    assert!(apart * 100 < total, "{apart} of {total}");
+    // a band that is nearly everything would prove nothing
+    assert!(may * 8 < total, "{may} of {total}");
 }
 
 #[test]

@@ -12,6 +12,7 @@ mod files;
 mod generate;
 mod inputs;
 mod make;
+mod plan;
 mod rewrite;
 mod talk;
 mod tradeoff;
@@ -52,6 +53,8 @@ enum Command {
     Check(check::Arguments),
     /// Tell how coarse a picture may be shaded: its rates, an overlay, the image for hardware variable-rate shading.
     Analyse(analyse::Arguments),
+    /// Tell what an analysis of a scene compiles, binds and dispatches. Needs no GPU.
+    Plan(plan::Arguments),
     /// Shade a scene at full rate and at variable rate; write pictures and print what it saved.
     Demo(demo::Arguments),
     /// Tell what accuracy costs in time: try settings on scenes, measure error and time, write a report.
@@ -125,6 +128,7 @@ pub fn run() -> ExitCode {
         Command::Man(arguments) => generate::man(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Analyse(arguments) => analyse::run(&arguments),
+        Command::Plan(arguments) => plan::run(&arguments),
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Tradeoff(arguments) => tradeoff::run(&arguments),
         Command::Adapters => adapters(),

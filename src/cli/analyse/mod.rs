@@ -1,11 +1,14 @@
 //! `vrcs analyse`: how coarse a picture may be shaded.
 //!
-//! Does: analyses one picture's content, prints the share of each rate, writes the rates, the hardware-VRS image and an
-//! overlay.
-//! Needs: a picture in PNG, JPEG, EXR or Radiance HDR. No GPU.
+//! Does: runs the analysis of the library on a picture, or on the frame before it along its motion; prints the share of each
+//! rate, writes the rates, the hardware-VRS image, the reasons and an overlay.
+//! Needs: a picture in PNG, JPEG, EXR or Radiance HDR; a driver, or `--cpu`, which gives the same bytes.
 //! Guarantees: all files are written, each whole, or none appears.
-//! Refuses: what is no such picture, an output that is the input, a tile without an attachment.
+//! Refuses: what is no such picture, inputs of another size, an output that is an input, a tile without an attachment.
 
+mod device;
+mod layers;
+mod options;
 mod overlay;
 mod picture;
 
@@ -14,16 +17,25 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use serde_json::json;
 
-use self::picture::Picture;
+use self::{
+    device::Found,
+    options::{LumaSource, Options},
+    picture::{Picture, Pixels},
+};
 use super::{Failure, files, talk};
 use crate::{
     Rate,
-    analyse::content::{self, Sensitivity},
+    analyse::{
+        Colour, Inputs, Settings, integer, reproject,
+        settings::{Motion, Reprojection},
+    },
     atomic::Pending,
     attach::{
         AdditionalRates, AttachOptions, Encoding, Samples, Shading, Support, Tile, cpu::Attachment,
         cpu::attach,
     },
+    check::gpu::Gpu,
+    plan::{ColourForm, Plan, Scene},
     sri::Sri,
 };
 
@@ -32,10 +44,16 @@ use crate::{
   SRI.png          one 8-bit grey pixel for each quad of 2x2 pixels: the code of its rate, (log2 W << 2) | log2 H
   the attachment   one 8-bit grey pixel for each tile: a code for d3d12 and khr, for nv an index into the palette whose
                    entries are the values of VkShadingRatePaletteEntryNV
+  the reasons      one 8-bit grey pixel for each quad: 0 coarse, 1 content, 3 no number, 4 off screen, 5 disoccluded,
+                   9 a finer neighbour, 10 too slow
+  the motion       an EXR: X and Y, in pixels of the picture, from where a surface was to where it is, y down
+  the depth        an EXR: Z, 0 to 1
+  the matrices     JSON: view_projection and previous_view_projection, four rows of four numbers each
 
 Examples:
   vrcs analyse frame.png -o sri.png --overlay overlay.png
-  vrcs analyse frame.exr --threshold 0.1 --attachment khr --tile 16 --attachment-output rates.png")]
+  vrcs analyse frame.exr --threshold 0.1 --attachment khr --tile 16 --attachment-output rates.png
+  vrcs analyse frame2.png --previous frame1.png --motion motion.exr --depth depth2.exr --previous-depth depth1.exr")]
 pub(super) struct Arguments {
     /// The picture: PNG, JPEG, EXR or Radiance HDR; `-` is standard input.
     #[arg(value_name = "IMAGE")]
@@ -43,15 +61,26 @@ pub(super) struct Arguments {
     /// Where the rates go, as a grey PNG.
     #[arg(short, long, value_name = "SRI.png")]
     output: Option<PathBuf>,
-    /// How large a difference may be, as a share of the luma around it: t of the paper's Eq. 15.
-    #[arg(long, default_value_t = Sensitivity::default().threshold, value_name = "T")]
-    threshold: f64,
-    /// The luma of the room, in the picture's units: l of the paper's Eq. 15.
-    #[arg(long, default_value_t = Sensitivity::default().ambient, value_name = "L")]
-    ambient: f64,
-    /// The coarsest rate, on each axis.
-    #[arg(long, default_value = "2x2", value_name = "WxH")]
-    largest: Rate,
+    #[command(flatten)]
+    options: Options,
+    /// The picture of the frame before, which is what is analysed, along motion; without, IMAGE itself is.
+    #[arg(long, value_name = "IMAGE")]
+    previous: Option<PathBuf>,
+    /// IMAGE's motion vectors.
+    #[arg(long, value_name = "FILE.exr", conflicts_with = "matrices")]
+    motion: Option<PathBuf>,
+    /// IMAGE's depth; with --previous-depth it finds what was hidden, with --matrices it gives the motion.
+    #[arg(long, value_name = "FILE.exr")]
+    depth: Option<PathBuf>,
+    /// The depth of the frame before.
+    #[arg(long, value_name = "FILE.exr", requires = "depth")]
+    previous_depth: Option<PathBuf>,
+    /// The cameras of both frames, for the motion of a scene that has no vectors.
+    #[arg(long, value_name = "FILE.json", requires = "depth")]
+    matrices: Option<PathBuf>,
+    /// What depth 0 is: the far plane (reversed) or the near one (standard).
+    #[arg(long, value_name = "KIND", default_value = "reversed")]
+    z: Z,
     /// Also make the image that hardware variable-rate shading reads.
     #[arg(long, value_name = "KIND", requires = "attachment_output")]
     attachment: Option<Kind>,
@@ -67,9 +96,27 @@ pub(super) struct Arguments {
     /// Where a picture goes that shows the rates.
     #[arg(long, value_name = "FILE.png")]
     overlay: Option<PathBuf>,
+    /// Where the reasons go, as a grey PNG.
+    #[arg(long, value_name = "FILE.png")]
+    reasons: Option<PathBuf>,
+    /// Run on the CPU: the same bytes, without a driver.
+    #[arg(long, conflicts_with = "adapter")]
+    cpu: bool,
+    /// The adapter: a part of its name. See `vrcs adapters`.
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
     /// Print the results as JSON.
     #[arg(long)]
     json: bool,
+}
+
+/// Which way depth goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Z {
+    /// 1 is near.
+    Reversed,
+    /// 0 is near.
+    Standard,
 }
 
 /// The interface that an attachment is for.
@@ -94,35 +141,173 @@ fn parse_samples(text: &str) -> Result<Samples, String> {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let sensitivity = sensitivity(arguments)?;
+    refuse_what_does_nothing(arguments)?;
     refuse_to_overwrite(arguments)?;
+    let has_motion = arguments.motion.is_some() || arguments.matrices.is_some();
+    let mut settings = arguments.options.settings(has_motion)?;
     let picture = Picture::read(&arguments.image)?;
-    let [width, height] = picture.size();
-    let found = content::analyse(&picture.luma(), &sensitivity);
-    let sri = Sri::from_fn(width, height, |x, y| {
-        let rate = Rate::from_code_or_full(found.code(x, y));
-        rate.meet(arguments.largest).code()
+    let size = picture.size();
+    let given = Given::read(arguments, size)?;
+    if given.motion.is_some() {
+        settings.reprojection = arguments.previous.as_ref().map(|_| Reprojection {
+            reversed_z: arguments.z == Z::Reversed,
+            ..Reprojection::default()
+        });
+        settings.motion.get_or_insert_with(Motion::default);
+    }
+    let analysed = given.previous.as_ref().unwrap_or(&picture);
+    let found = analyse(arguments, &settings, size, analysed, &given)?;
+    let granularity = arguments.options.granularity;
+    let sri = uniform_in(&found.sri, size, granularity);
+    let attachment = arguments.attachment.map(|kind| {
+        let rates = uniform_in(&found.attachment, size, granularity);
+        attach(&rates, size, &attach_options(kind, arguments))
     });
-    let attachment = arguments
-        .attachment
-        .map(|kind| attach(&sri, [width, height], &attach_options(kind, arguments)));
-    write(arguments, &picture, &sri, attachment.as_ref())?;
-    print(arguments, [width, height], &sri, attachment.as_ref())
+    write(
+        arguments,
+        &picture,
+        &sri,
+        &found.reasons,
+        attachment.as_ref(),
+    )?;
+    print(arguments, &settings, size, &sri, attachment.as_ref())
 }
 
-fn sensitivity(arguments: &Arguments) -> Result<Sensitivity, Failure> {
-    for (name, value) in [
-        ("threshold", arguments.threshold),
-        ("luma of the room", arguments.ambient),
-    ] {
-        if !value.is_finite() || value < 0.0 {
-            return Err(Failure::Misused(format!("the {name} has to be 0 or more")));
-        }
+/// What the picture is analysed with.
+struct Given {
+    previous: Option<Picture>,
+    motion: Option<Vec<[f32; 2]>>,
+    depth: Option<Vec<f32>>,
+    previous_depth: Option<Vec<f32>>,
+}
+
+impl Given {
+    fn read(arguments: &Arguments, size: [u32; 2]) -> Result<Given, Failure> {
+        let previous = arguments
+            .previous
+            .as_deref()
+            .map(Picture::read)
+            .transpose()?;
+        let before = previous.as_ref().map_or(size, Picture::size);
+        let depth_of = |path: &Option<PathBuf>, size| {
+            path.as_deref()
+                .map(|path| layers::depth(path, size))
+                .transpose()
+        };
+        let depth = depth_of(&arguments.depth, size)?;
+        let previous_depth = depth_of(&arguments.previous_depth, before)?;
+        let motion = match (&arguments.motion, &arguments.matrices, &depth) {
+            (Some(path), ..) => Some(layers::motion(path, size)?),
+            (None, Some(path), Some(depth)) => {
+                let [now, before] = layers::matrices(path)?;
+                Some(reproject::camera_motions(size, depth, &now, &before))
+            }
+            _ => None,
+        };
+        Ok(Given {
+            previous,
+            motion,
+            // the depth test needs both
+            depth: depth.filter(|_| previous_depth.is_some()),
+            previous_depth,
+        })
     }
-    Ok(Sensitivity {
-        threshold: arguments.threshold,
-        ambient: arguments.ambient,
-    })
+}
+
+fn analyse(
+    arguments: &Arguments,
+    settings: &Settings,
+    size: [u32; 2],
+    picture: &Picture,
+    given: &Given,
+) -> Result<Found, Failure> {
+    let refused = |error: &dyn std::fmt::Display| Failure::Misused(error.to_string());
+    let mut pixels = picture.pixels();
+    if arguments.options.luma_source == LumaSource::Root {
+        let inputs = Inputs::of_colour(picture.size(), pixels.colour());
+        let own = Settings {
+            content: settings.content,
+            ..Settings::default()
+        };
+        let rows = integer::analyse(&inputs, &own).map_err(|error| refused(&error))?;
+        let width = picture.size()[0] as usize;
+        let pitch = rows.sqrt_luma.len() / picture.size()[1] as usize;
+        let codes = rows
+            .sqrt_luma
+            .chunks_exact(pitch)
+            .flat_map(|row| &row[..width]);
+        pixels = Pixels::Root(codes.copied().collect());
+    }
+    let inputs = Inputs {
+        size,
+        motion: given.motion.as_deref(),
+        depth: given.depth.as_deref(),
+        previous_depth: given.previous_depth.as_deref(),
+        ..Inputs::of_colour(picture.size(), pixels.colour())
+    };
+    if arguments.cpu {
+        let output = integer::analyse(&inputs, settings).map_err(|error| refused(&error))?;
+        return Ok(Found {
+            sri: output.sri,
+            attachment: output.attachment,
+            reasons: output.reasons,
+        });
+    }
+    inputs.check().map_err(|error| refused(&error))?;
+    let scene = Scene {
+        colour: match inputs.colour {
+            Colour::Codes(_) => ColourForm::Codes,
+            Colour::Linear(_) => ColourForm::Linear,
+            Colour::SqrtLuma(_) => ColourForm::SqrtLuma,
+        },
+        motion: inputs.motion.is_some(),
+        depth: inputs.depth.is_some(),
+        attachment: true,
+        reasons: true,
+        ..Scene::default()
+    };
+    let plan = Plan::new(&scene, settings).map_err(|error| refused(&error))?;
+    let gpu =
+        Gpu::open(arguments.adapter.as_deref()).map_err(|error| match Failure::from(error) {
+            Failure::Outside(why) => Failure::Outside(format!("{why}; --cpu needs none")),
+            other => other,
+        })?;
+    device::run(&gpu, &plan, &inputs)
+}
+
+/// Rates that hold for whole squares of pixels: the finest of each.
+fn uniform_in(sri: &Sri, [width, height]: [u32; 2], side: u32) -> Sri {
+    let (layout, quads) = (sri.layout(), side / 2);
+    let of_square = |x: u32, y: u32| {
+        let (left, top) = (x / quads * quads, y / quads * quads);
+        let all = (top..(top + quads).min(layout.height))
+            .flat_map(|y| (left..(left + quads).min(layout.width)).map(move |x| (x, y)));
+        all.map(|(x, y)| Rate::from_code_or_full(sri.code(x, y)))
+            .reduce(Rate::meet)
+            .unwrap_or(Rate::R1X1)
+    };
+    Sri::from_fn(width, height, |x, y| of_square(x, y).code())
+}
+
+/// Inputs that would be read and not be used.
+fn refuse_what_does_nothing(arguments: &Arguments) -> Result<(), Failure> {
+    let has_motion = arguments.motion.is_some() || arguments.matrices.is_some();
+    let cases = [
+        (
+            arguments.depth.is_some()
+                && arguments.matrices.is_none()
+                && arguments.previous_depth.is_none(),
+            "--depth alone tells nothing: --previous-depth finds what was hidden, --matrices gives the motion",
+        ),
+        (
+            arguments.previous_depth.is_some() && !(has_motion && arguments.previous.is_some()),
+            "--previous-depth needs --previous, and --motion or --matrices: it is looked up along motion",
+        ),
+    ];
+    match cases.into_iter().find(|&(is_idle, _)| is_idle) {
+        Some((_, why)) => Err(Failure::Misused(why.to_owned())),
+        None => Ok(()),
+    }
 }
 
 fn outputs(arguments: &Arguments) -> impl Iterator<Item = &Path> {
@@ -130,6 +315,7 @@ fn outputs(arguments: &Arguments) -> impl Iterator<Item = &Path> {
         &arguments.output,
         &arguments.attachment_output,
         &arguments.overlay,
+        &arguments.reasons,
     ]
     .into_iter()
     .filter_map(|path| path.as_deref())
@@ -144,9 +330,17 @@ fn refuse_to_overwrite(arguments: &Arguments) -> Result<(), Failure> {
                     .to_owned(),
             ));
         }
-        if files::is_same(path, &arguments.image) {
+        let inputs = [
+            &arguments.previous,
+            &arguments.motion,
+            &arguments.depth,
+            &arguments.previous_depth,
+            &arguments.matrices,
+        ];
+        let mut inputs = inputs.into_iter().flatten().chain([&arguments.image]);
+        if inputs.any(|input| files::is_same(path, input)) {
             return Err(Failure::Misused(format!(
-                "{}: this would overwrite the picture that is analysed",
+                "{}: this would overwrite what is analysed",
                 path.display()
             )));
         }
@@ -182,6 +376,7 @@ fn write(
     arguments: &Arguments,
     picture: &Picture,
     sri: &Sri,
+    reasons: &[u8],
     attachment: Option<&Attachment>,
 ) -> Result<(), Failure> {
     let mut pending: Vec<(&Path, Pending)> = Vec::new();
@@ -194,6 +389,13 @@ fn write(
         let layout = attachment.layout();
         let png = picture::grey_png([layout.width, layout.height], |x, y| {
             attachment.texel(x, y).unwrap_or_default()
+        });
+        pending.push((path, files::prepare(path, &png)?));
+    }
+    if let Some(path) = &arguments.reasons {
+        let layout = sri.layout();
+        let png = picture::grey_png([layout.width, layout.height], |x, y| {
+            reasons[(y * layout.pitch + x) as usize]
         });
         pending.push((path, files::prepare(path, &png)?));
     }
@@ -255,6 +457,7 @@ fn invocations(shares: &[(Rate, f64)]) -> f64 {
 
 fn print(
     arguments: &Arguments,
+    settings: &Settings,
     [width, height]: [u32; 2],
     sri: &Sri,
     attachment: Option<&Attachment>,
@@ -273,8 +476,8 @@ fn print(
             "image": files::display_name(&arguments.image),
             "width": width,
             "height": height,
-            "threshold": arguments.threshold,
-            "ambient": arguments.ambient,
+            "threshold": settings.content.threshold,
+            "ambient": settings.content.ambient * 2f64.powi(settings.content.white_log2),
             "rates": object(&quads),
             "invocations": invocations(&quads),
             "attachment": tiles.as_deref().map(|tiles| json!({

@@ -5,7 +5,7 @@ use std::{io::Cursor, path::Path};
 use image::{DynamicImage, ImageEncoder, ImageError, ImageReader};
 
 use crate::{
-    analyse::luma::Luma,
+    analyse::{Colour, luma::from_srgb},
     cli::{Failure, files},
 };
 
@@ -53,18 +53,26 @@ impl Picture {
         )
     }
 
-    /// The luma. Eight and sixteen bits are taken for sRGB, floats for linear light.
-    pub(super) fn luma(&self) -> Luma {
-        let [width, height] = self.size();
+    /// The pixels as the analysis takes them. Eight and sixteen bits are taken for sRGB, floats for linear light.
+    pub(super) fn pixels(&self) -> Pixels {
         if self.is_linear() {
-            return Luma::from_linear(width, height, &self.0.to_rgb32f());
+            return Pixels::Linear(self.0.to_rgba32f().pixels().map(|pixel| pixel.0).collect());
         }
         match self.0 {
             DynamicImage::ImageLuma16(_)
             | DynamicImage::ImageLumaA16(_)
             | DynamicImage::ImageRgb16(_)
-            | DynamicImage::ImageRgba16(_) => Luma::from_srgb16(width, height, &self.0.to_rgb16()),
-            _ => Luma::from_rgba8(width, height, &self.0.to_rgba8()),
+            | DynamicImage::ImageRgba16(_) => {
+                let rgb = self.0.to_rgb16();
+                let linear = rgb.pixels().map(|pixel| {
+                    let [r, g, b] = pixel
+                        .0
+                        .map(|code| from_srgb(f64::from(code) / 65535.0) as f32);
+                    [r, g, b, 1.0]
+                });
+                Pixels::Linear(linear.collect())
+            }
+            _ => Pixels::Codes(self.0.to_rgba8().pixels().map(|pixel| pixel.0).collect()),
         }
     }
 
@@ -78,6 +86,27 @@ impl Picture {
                 })
             }
             false => self.0.to_rgb8(),
+        }
+    }
+}
+
+/// A picture's pixels, row by row.
+pub(super) enum Pixels {
+    /// Of eight bits.
+    Codes(Vec<[u8; 4]>),
+    /// Of linear light.
+    Linear(Vec<[f32; 4]>),
+    /// √luma of eight bits.
+    Root(Vec<u8>),
+}
+
+impl Pixels {
+    /// As an input.
+    pub(super) fn colour(&self) -> Colour<'_> {
+        match self {
+            Pixels::Codes(codes) => Colour::Codes(codes),
+            Pixels::Linear(values) => Colour::Linear(values),
+            Pixels::Root(codes) => Colour::SqrtLuma(codes),
         }
     }
 }

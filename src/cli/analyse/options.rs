@@ -1,0 +1,184 @@
+//! The settings of the stage, from the command line.
+
+use clap::ValueEnum;
+
+use crate::{
+    Rate,
+    analyse::{Peer, Settings, settings},
+    cli::Failure,
+};
+
+/// How the stage decides.
+#[derive(Debug, clap::Args)]
+pub(super) struct Options {
+    /// Start from a published estimator: paper, gdc, nvidia-sample, fidelityfx, valar, sobel or wicked. The options below change it.
+    #[arg(long, value_name = "NAME", default_value = "paper")]
+    estimator: Peer,
+    /// How large a difference may be, as a share of the luma around it: t of the paper's Eq. 15, 0.15 there.
+    #[arg(long, value_name = "T")]
+    threshold: Option<f64>,
+    /// The luma of the room, in the picture's units: l of the paper's Eq. 15, 0.05 there.
+    #[arg(long, value_name = "L")]
+    ambient: Option<f64>,
+    /// How much more a quarter rate loses than a half: k of the paper's Eq. 14, 2.13 there.
+    #[arg(long, value_name = "K")]
+    k: Option<f64>,
+    /// How differences become one error.
+    #[arg(long, value_name = "NORM")]
+    norm: Option<Norm>,
+    /// Which differences.
+    #[arg(long, value_name = "SET")]
+    derivatives: Option<Derivatives>,
+    /// Of what.
+    #[arg(long, value_name = "OF")]
+    difference: Option<Difference>,
+    /// What luma is made from: the colour, or its root in eight bits, as the deblocker keeps it.
+    #[arg(long, value_name = "SOURCE", default_value = "colour")]
+    pub(super) luma_source: LumaSource,
+    /// White of linear pictures (EXR, HDR), a power of two from 1/65536 to 65536: what is brighter is in doubt, and at full rate.
+    #[arg(long, value_name = "WHITE", default_value = "1")]
+    white: f64,
+    /// Limits between neighbours.
+    #[arg(long, value_name = "KIND")]
+    smoothing: Option<Smoothing>,
+    /// The coarsest rate, on each axis.
+    #[arg(long, default_value = "2x2", value_name = "WxH")]
+    largest: Rate,
+    /// The side of the squares of pixels that keep one rate, the finest of theirs: 2, 4, 8, 16 or 32.
+    #[arg(long, default_value = "2", value_name = "N", value_parser = parse_granularity)]
+    pub(super) granularity: u32,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Norm {
+    /// The mean.
+    L1,
+    /// The root mean square (the paper's Eq. 2).
+    L2,
+    /// The maximum.
+    Linf,
+    /// The root of the mean (VALAR).
+    Root,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Derivatives {
+    /// All pairs of neighbours.
+    All,
+    /// Every other (GDC).
+    Interleaved,
+    /// One in four.
+    SubSampled,
+    /// The quad's own (FidelityFX).
+    Quad,
+    /// Sobel's filter.
+    Sobel,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Difference {
+    /// Of luma.
+    Luma,
+    /// Of the channel that differs most.
+    LargestChannel,
+    /// Of the channels, weighted as luma is.
+    Rgb,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum LumaSource {
+    /// The colour.
+    Colour,
+    /// √luma in eight bits.
+    Root,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Smoothing {
+    /// None.
+    None,
+    /// 4 beside 1 becomes 2 (the paper).
+    Limit,
+    /// Fine spreads into coarse (GDC).
+    Conservative,
+}
+
+fn parse_granularity(text: &str) -> Result<u32, String> {
+    match text.parse() {
+        Ok(side @ (2 | 4 | 8 | 16 | 32)) => Ok(side),
+        _ => Err("a rate holds for squares of 2, 4, 8, 16 or 32 pixels".to_owned()),
+    }
+}
+
+fn within(name: &str, value: f64, least: f64, most: f64) -> Result<f64, Failure> {
+    match (least..=most).contains(&value) {
+        true => Ok(value),
+        false => Err(Failure::Misused(format!(
+            "the {name} has to be from {least} to {most}"
+        ))),
+    }
+}
+
+impl Options {
+    /// The settings, given whether there is motion.
+    pub(super) fn settings(&self, has_motion: bool) -> Result<Settings, Failure> {
+        if self.estimator == Peer::Wicked && !has_motion {
+            return Err(Failure::Misused(
+                "the estimator wicked looks at motion alone: it needs --motion or --matrices"
+                    .to_owned(),
+            ));
+        }
+        let mut all = self.estimator.settings(has_motion);
+        let content = &mut all.content;
+        let log2 = self.white.log2();
+        if log2.fract() != 0.0 || !(-16.0..=16.0).contains(&log2) {
+            return Err(Failure::Misused(
+                "white has to be a power of two from 1/65536 to 65536".to_owned(),
+            ));
+        }
+        content.white_log2 = log2 as i32;
+        if let Some(threshold) = self.threshold {
+            content.threshold = within("threshold", threshold, 0.0, 15.0)?;
+        }
+        if let Some(ambient) = self.ambient {
+            content.ambient = within("luma of the room", ambient, 0.0, self.white)?;
+        }
+        content.ambient /= self.white;
+        if let Some(k) = self.k {
+            content.k = within("factor k", k, 1.0, 15.0)?;
+        }
+        if let Some(norm) = self.norm {
+            content.norm = match norm {
+                Norm::L1 => settings::Norm::L1,
+                Norm::L2 => settings::Norm::L2,
+                Norm::Linf => settings::Norm::LInf,
+                Norm::Root => settings::Norm::Root,
+            };
+        }
+        if let Some(derivatives) = self.derivatives {
+            content.pairs = match derivatives {
+                Derivatives::All => settings::Pairs::All,
+                Derivatives::Interleaved => settings::Pairs::Interleaved,
+                Derivatives::SubSampled => settings::Pairs::SubSampled,
+                Derivatives::Quad => settings::Pairs::Quad,
+                Derivatives::Sobel => settings::Pairs::Sobel,
+            };
+        }
+        if let Some(difference) = self.difference {
+            content.difference = match difference {
+                Difference::Luma => settings::Difference::Luma,
+                Difference::LargestChannel => settings::Difference::LargestChannel,
+                Difference::Rgb => settings::Difference::Rgb,
+            };
+        }
+        if let Some(smoothing) = self.smoothing {
+            all.smoothing = match smoothing {
+                Smoothing::None => settings::Smoothing::None,
+                Smoothing::Limit => settings::Smoothing::Limit,
+                Smoothing::Conservative => settings::Smoothing::Conservative,
+            };
+        }
+        all.largest = self.largest;
+        Ok(all)
+    }
+}
