@@ -344,8 +344,8 @@ fn the_gpu_and_the_cpu_write_the_same_files() {
             shares.push(text(&output.stdout));
         }
         assert_eq!(shares[0], shares[1], "{set:?}");
-        for kind in 0..2 {
-            assert_eq!(grey(&files[0][kind]), grey(&files[1][kind]), "{set:?}");
+        for (gpu, cpu) in files[0].iter().zip(&files[1]) {
+            assert_eq!(grey(gpu), grey(cpu), "{set:?}");
         }
     }
 }

@@ -156,7 +156,6 @@ fn read(path: &Path) -> Result<(String, Scene), Failure> {
         attachment: declared.attachment,
         reasons: declared.reasons,
         sqrt_luma: declared.sqrt_luma,
-        ..Scene::default()
     };
     Ok((name, scene))
 }
