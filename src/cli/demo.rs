@@ -49,7 +49,7 @@ pub(super) struct Arguments {
     adapter: Option<String>,
     /// Write a page instead, `index.html` in this folder, that runs the original and the rewritten shader in the browser's own WebGPU;
     /// needs no GPU here.
-    #[arg(long, value_name = "FOLDER")]
+    #[arg(long, value_name = "FOLDER", conflicts_with = "scene")]
     web: Option<PathBuf>,
 }
 

@@ -6,7 +6,7 @@
 //! | [`sweep`] | which settings are tried: TOML |
 //! | [`realise`] | from a setting and what a scene declares to what runs |
 //! | [`rig`] | a setting at work on a scene, frame by frame |
-//! | [`bench`] | error and time of a setting |
+//! | [`mod@bench`] | error and time of a setting |
 //! | [`clock`] | times by the GPU's clock |
 //! | [`truth`] | what coarsening really does |
 //! | [`granularity`] | one rate for several quads |
@@ -18,6 +18,7 @@
 //! # On a real GPU
 //!
 //! ```sh
+//! cargo build --release                                      # metrics are computed on the CPU
 //! vrcs tradeoff --quick --size 1920x1080 --out tradeoff      # presets, a few thresholds, the published estimators: minutes
 //! vrcs tradeoff --size 1920x1080 --out tradeoff              # the standard sweep; interrupted, it goes on where it was
 //! ```

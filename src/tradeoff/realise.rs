@@ -11,9 +11,10 @@ use super::setting::{
 };
 use crate::{
     Rate,
+    analyse::peers::Peer,
     analyse::settings::{
-        Content, Form, HalfRate, Materials, Motion, Norm, Pairs, Reprojection, Settings, Smoothing,
-        Stability, Transfer,
+        Blur, Content, HalfRate, Ladder, Materials, Motion, Norm, Pairs, Reprojection, Settings,
+        Smoothing, Stability, Transfer,
     },
     build::{BuildOptions, Modes},
     coverage::{Coverage, Depth, DepthKind, Sky},
@@ -74,42 +75,76 @@ fn mode(name: ModeName) -> Mode {
     }
 }
 
-/// What the content of a quad is judged by.
-pub fn content(setting: &Setting) -> Content {
-    let norm = match setting.norm {
-        NormName::L1 => Norm::L1,
-        NormName::L2 => Norm::L2,
-        NormName::Max => Norm::LInf,
-    };
-    let pairs = match setting.derivatives {
-        DerivativesName::All => Pairs::All,
-        DerivativesName::Interleaved => Pairs::Interleaved,
-        DerivativesName::Subsampled => Pairs::SubSampled,
-    };
-    let own = Content {
-        norm,
-        pairs,
+/// The published estimator of a setting; none for the paper's, whose parts the setting itself gives.
+fn peer(name: Estimator) -> Option<Peer> {
+    match name {
+        Estimator::Paper => None,
+        Estimator::Gdc => Some(Peer::Gdc),
+        Estimator::NvidiaSample => Some(Peer::NvidiaSample),
+        Estimator::FidelityFx => Some(Peer::FidelityFx),
+        Estimator::Valar => Some(Peer::Valar),
+        Estimator::Sobel => Some(Peer::Sobel),
+        Estimator::Wicked => Some(Peer::Wicked),
+    }
+}
+
+/// Whether a scene has what a setting cannot do without.
+pub fn suits(scene: SceneName, setting: &Setting) -> bool {
+    let declared = scene.declared();
+    let has_motion = declared.motion_vectors || declared.camera_motion;
+    setting.estimator != Estimator::Wicked || (has_motion && setting.motion)
+}
+
+/// What the content of a quad is judged by, in the paper's form.
+fn content(setting: &Setting) -> Content {
+    Content {
+        norm: match setting.norm {
+            NormName::L1 => Norm::L1,
+            NormName::L2 => Norm::L2,
+            NormName::Max => Norm::LInf,
+        },
+        pairs: match setting.derivatives {
+            DerivativesName::All => Pairs::All,
+            DerivativesName::Interleaved => Pairs::Interleaved,
+            DerivativesName::Subsampled => Pairs::SubSampled,
+        },
         transfer: match setting.luma {
             LumaName::Square => Transfer::Square,
             LumaName::Colour | LumaName::Root => Transfer::Srgb,
         },
-        threshold: setting.threshold,
+        threshold: setting.threshold * setting.tolerance,
         ambient: setting.ambient,
         ..Content::default()
-    };
-    match setting.estimator {
-        Estimator::Paper => own,
-        // GDC 2019, pass 1: the mean over a checkerboard of pairs, each relative to its own darker pixel
-        Estimator::Weber => Content {
-            norm: Norm::L1,
-            pairs: Pairs::Interleaved,
-            form: Form::Pairwise { sensitivity: 0.1 },
-            ..own
+    }
+}
+
+/// A published estimator's content, motion and smoothing, with a factor on its threshold.
+fn published(peer: Peer, has_motion: bool, tolerance: f64) -> Settings {
+    let theirs = peer.settings(has_motion);
+    let motion = theirs.motion.map(|motion| match motion.blur {
+        Blur::Ladder(ladder) => Motion {
+            blur: Blur::Ladder(Ladder {
+                r2x1: ladder.r2x1 / tolerance,
+                r2x2: ladder.r2x2 / tolerance,
+                r4x2: ladder.r4x2 / tolerance,
+                r4x4: ladder.r4x4 / tolerance,
+            }),
+            ..motion
         },
-        Estimator::Largest => Content {
-            norm: Norm::LInf,
-            ..own
+        _ => motion,
+    });
+    // an estimator that leaves motion alone still looks at the picture before along it
+    let looked_along = has_motion.then(|| Motion {
+        weight: 0.0,
+        ..Motion::default()
+    });
+    Settings {
+        content: Content {
+            threshold: theirs.content.threshold * tolerance,
+            ..theirs.content
         },
+        motion: motion.or(looked_along),
+        ..theirs
     }
 }
 
@@ -131,11 +166,23 @@ fn coverage(scene: SceneName, setting: &Setting) -> Coverage {
 fn analysis(scene: SceneName, setting: &Setting) -> Settings {
     let declared = scene.declared();
     let has_motion = setting.motion && (declared.motion_vectors || declared.camera_motion);
+    let judged = match peer(setting.estimator) {
+        Some(peer) => published(peer, has_motion, setting.tolerance),
+        None => Settings {
+            content: content(setting),
+            motion: has_motion.then(Motion::default),
+            smoothing: match setting.smoothing {
+                SmoothingName::Off => Smoothing::None,
+                SmoothingName::Limit => Smoothing::Limit,
+                SmoothingName::Conservative => Smoothing::Conservative,
+            },
+            ..Settings::default()
+        },
+    };
     Settings {
-        content: content(setting),
-        motion: has_motion.then(Motion::default),
         reprojection: has_motion.then(Reprojection::default),
-        materials: (setting.materials && declared.materials).then(Materials::default),
+        materials: (setting.materials && declared.materials && peer(setting.estimator).is_none())
+            .then(Materials::default),
         stability: match setting.hysteresis {
             HysteresisName::Off => Stability::None,
             HysteresisName::Derived => Stability::Hysteresis,
@@ -145,13 +192,8 @@ fn analysis(scene: SceneName, setting: &Setting) -> Settings {
             tolerance: setting.half_rate,
             ..HalfRate::default()
         }),
-        smoothing: match setting.smoothing {
-            SmoothingName::Off => Smoothing::None,
-            SmoothingName::Limit => Smoothing::Limit,
-            SmoothingName::Conservative => Smoothing::Conservative,
-        },
         largest: largest(setting.largest),
-        ..Settings::default()
+        ..judged
     }
 }
 
@@ -384,6 +426,29 @@ mod tests {
             assert_eq!(coverage.surfaces, declared.surface_ids, "{scene}");
             assert_eq!(coverage.sky.is_some(), declared.sky, "{scene}");
         }
+    }
+
+    #[test]
+    fn a_published_estimator_brings_its_own_and_a_factor_moves_its_threshold() {
+        for (estimator, threshold) in [
+            (Estimator::Gdc, 0.15),
+            (Estimator::NvidiaSample, 0.07),
+            (Estimator::FidelityFx, 0.025),
+            (Estimator::Valar, 0.5),
+        ] {
+            let setting = Setting {
+                estimator,
+                tolerance: 2.0,
+                ..Setting::default()
+            };
+            let found = analysis(SceneName::Interior, &setting).content.threshold;
+            assert!((found - 2.0 * threshold).abs() < 1e-12, "{estimator:?} {found}");
+        }
+        let wicked = Setting {
+            estimator: Estimator::Wicked,
+            ..Setting::default()
+        };
+        assert!(suits(SceneName::Landscape, &wicked) && !suits(SceneName::Text, &wicked));
     }
 
     #[test]

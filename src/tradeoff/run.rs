@@ -10,7 +10,7 @@ use super::{
     bench::Bench,
     journal::{Journal, With},
     pictures, plot,
-    realise::{largest, realise},
+    realise::{largest, realise, suits},
     report,
     setting::{DeblockName, HysteresisName, Quality, Setting, SharingName, presets},
     study::{Effect, Point, SceneStudy, Study},
@@ -125,6 +125,7 @@ impl Request {
         let mut trials: Vec<(String, Trial)> = self
             .trials
             .iter()
+            .filter(|trial| suits(scene, &trial.setting))
             .map(|trial| (named(trial), trial.clone()))
             .collect();
         if self.effects {

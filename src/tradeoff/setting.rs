@@ -14,6 +14,8 @@ pub struct Setting {
     pub estimator: Estimator,
     /// t of Eq. 15: the share of the luma around it that a difference may have.
     pub threshold: f64,
+    /// A factor on the estimator's own threshold; for motion alone, on the speeds, which it divides.
+    pub tolerance: f64,
     /// l of Eq. 15: the luma of the surroundings, 0 to 1.
     pub ambient: f64,
     /// The norm over a window's derivatives.
@@ -56,6 +58,7 @@ impl Default for Setting {
             quality: Quality::Adaptive,
             estimator: Estimator::Paper,
             threshold: 0.15,
+            tolerance: 1.0,
             ambient: 0.05,
             norm: NormName::L2,
             derivatives: DerivativesName::All,
@@ -98,14 +101,23 @@ names! {
 }
 
 names! {
-    /// A published estimator, as a setting of the analysis.
+    /// A published estimator: see [`Peer`](crate::analyse::peers::Peer).
     Estimator {
-        /// Yang et al. 2019, Eq. 2, 15 and 16.
+        /// Yang et al. 2019, Eq. 2, 15 and 16, with this setting's threshold, ambient, norm, derivatives and smoothing. Each of the
+        /// others brings its own.
         Paper = "paper",
         /// NVIDIA at GDC 2019: pairs by Weber and Fechner.
-        Weber = "weber",
-        /// NVIDIA's sample: the largest derivative of a tile.
-        Largest = "largest",
+        Gdc = "gdc",
+        /// NVIDIA's sample: the largest derivative.
+        NvidiaSample = "nvidia-sample",
+        /// AMD's FidelityFX: the range of luma in a quad.
+        FidelityFx = "fidelityfx",
+        /// Intel's velocity-and-luminance form: the root of the mean absolute derivative.
+        Valar = "valar",
+        /// The Sobel operator, as several engines use.
+        Sobel = "sobel",
+        /// Wicked Engine: motion alone. Only for scenes that have motion.
+        Wicked = "wicked",
     }
 }
 

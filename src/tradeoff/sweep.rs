@@ -224,6 +224,9 @@ fn check(setting: &Setting) -> Result<(), (&'static str, &'static str)> {
     if !is_fine(setting.ambient) || setting.ambient > 1.0 {
         return Err(("ambient", "has to be 0 to 1"));
     }
+    if !is_fine(setting.tolerance) {
+        return Err(("tolerance", "has to be 0 or more"));
+    }
     if !is_fine(setting.half_rate) || setting.half_rate > 1.0 {
         return Err(("half_rate", "has to be 0 to 1"));
     }
