@@ -206,6 +206,16 @@ fn print_scene(scene: &SceneStudy) -> Result<(), Failure> {
     for index in order {
         print_point(&scene.points[index], front.contains(&index))?;
     }
+    for point in scene.points.iter().filter(|p| p.preset.is_some()) {
+        let name = &point.name;
+        talk::data(&match report::break_even_ms(point) {
+            Some(0.0) => format!("{name}: no machinery"),
+            Some(ms) => {
+                format!("{name} pays where these passes take more than {ms:.3} ms at full rate")
+            }
+            None => format!("{name} saves no shading here"),
+        })?;
+    }
     if let Some(truth) = &scene.truth
         && let Some(paper) = truth.curve.iter().find(|at| at.t == 0.15)
     {

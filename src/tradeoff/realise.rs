@@ -442,7 +442,10 @@ mod tests {
                 ..Setting::default()
             };
             let found = analysis(SceneName::Interior, &setting).content.threshold;
-            assert!((found - 2.0 * threshold).abs() < 1e-12, "{estimator:?} {found}");
+            assert!(
+                (found - 2.0 * threshold).abs() < 1e-12,
+                "{estimator:?} {found}"
+            );
         }
         let wicked = Setting {
             estimator: Estimator::Wicked,

@@ -3,7 +3,7 @@
 use super::{
     front::front,
     setting::Setting,
-    study::{SceneStudy, Study},
+    study::{Point, SceneStudy, Study},
 };
 
 const PAGE: &str = include_str!("report.html");
@@ -138,8 +138,13 @@ pub fn scene_front(scene: &SceneStudy) -> Vec<usize> {
     front(&points)
 }
 
-/// From what time at full rate on a setting saves more than its machinery takes, in milliseconds; nothing if it saves nothing.
-pub fn break_even_ms(point: &super::study::Point) -> Option<f64> {
-    let saved = point.time.saved_share();
-    (saved > 0.0).then(|| point.time.machinery_ms() / saved)
+/// From what time at full rate on a setting saves more than its machinery takes, in milliseconds: 0 if there is no machinery,
+/// nothing if no shading is saved.
+pub fn break_even_ms(point: &Point) -> Option<f64> {
+    let (machinery, saved) = (point.time.machinery_ms(), point.time.saved_share());
+    match (machinery > 0.0, saved > 0.0) {
+        (false, _) => Some(0.0),
+        (true, true) => Some(machinery / saved),
+        (true, false) => None,
+    }
 }

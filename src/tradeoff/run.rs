@@ -301,16 +301,18 @@ fn measure(
     })
 }
 
-/// What an effect adds, from the points with and without it.
+/// What an effect adds, from the points with and without it. The two were measured at different times: each is taken relative
+/// to the full-rate passes that ran beside it.
 fn effect(name: &str, without: &Setting, points: &[Point]) -> Option<Effect> {
     let with = points
         .iter()
         .find(|point| point.preset.as_deref() == Some(BASE))?;
     let without = points.iter().find(|point| point.setting == *without)?;
+    let machinery = |point: &Point| point.time.machinery_ms() / point.time.full_ms;
     Some(Effect {
         name: name.to_owned(),
-        machinery_ms: with.time.machinery_ms() - without.time.machinery_ms(),
-        frame_ms: with.time.variable_ms - without.time.variable_ms,
+        machinery_ms: (machinery(with) - machinery(without)) * with.time.full_ms,
+        frame_ms: (with.time.share() - without.time.share()) * with.time.full_ms,
         primaries: with.primary_share - without.primary_share,
         flip: with.error.flip_mean - without.error.flip_mean,
     })
