@@ -5,7 +5,7 @@ mod common;
 
 use vrcs::check::{Job, Law, Verdict};
 use vrcs_passes::{
-    Source,
+    Code, Options, Source,
     options::{Atomics, Linear, MaxRate, Policy},
 };
 
@@ -68,6 +68,32 @@ fn duplicates_keep_what_a_leader_does_not_store() {
             .targets
             .insert("seeds".to_owned(), Policy::Leader);
     });
+}
+
+/// Every pixel stores what the original does to the targets that are `full`, whatever the rates; the colour follows its primary.
+#[test]
+fn full_targets_are_the_originals_at_every_pixel() {
+    hold("full", |job| {
+        for name in ["normals", "bright", "note", "history"] {
+            job.options.targets.insert(name.to_owned(), Policy::Full);
+        }
+    });
+}
+
+/// Without the policy, each of them has its reason for a refusal.
+#[test]
+fn what_only_full_allows_is_refused_without_it() {
+    let source = shape("full");
+    let (module, info) = common::parse(&source);
+    for (left_out, code) in [("bright", Code::Atomic), ("note", Code::AddressNotOneToOne)] {
+        let mut options = Options::default();
+        for name in ["normals", "bright", "note", "history"] {
+            options.targets.insert(name.to_owned(), Policy::Full);
+        }
+        options.targets.remove(left_out);
+        let refusal = vrcs_passes::rewrite(&module, &info, "main", &options).expect_err(left_out);
+        assert!(refusal.findings.iter().any(|f| f.code == code), "{refusal}");
+    }
 }
 
 #[test]

@@ -98,6 +98,9 @@ codes! {
     PlaceTaken = 24, Refusal;
     /// The entry point uses as many uniform or storage buffers as the device is taken to have, and one of each is added.
     TooManyBuffers = 25, Refusal;
+    /// A target's policy is `full`, and its stores cannot be separated from the rest of the shader: one side reads what the
+    /// other stores, needs the result of its atomics, or shares a private variable with it, or invocations work together.
+    NotSeparable = 26, Refusal;
     /// The rewriter made something that naga does not accept: a defect of this crate.
     Defect = 99, Refusal;
     /// A store runs only for some ids. It follows its primary: a duplicate gets a copy if its primary ran the store.

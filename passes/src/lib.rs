@@ -53,6 +53,7 @@ pub mod deep;
 pub mod emit;
 pub mod explain;
 pub mod finding;
+pub mod full;
 pub mod graded;
 pub mod input;
 pub mod instrument;
@@ -66,6 +67,8 @@ pub mod source;
 pub mod told;
 pub mod transform;
 
+use std::collections::BTreeMap;
+
 use naga::{
     Function, Handle, Module, ShaderStage,
     valid::{Capabilities, ModuleInfo, ValidationFlags, Validator},
@@ -75,8 +78,8 @@ use analysis::{Facts, FunctionRef};
 pub use finding::{Code, Color, Finding, Refusal, Severity};
 use ir::{import::Imports, verify};
 use manifest::Manifest;
-use options::Mode;
 pub use options::Options;
+use options::{Mode, Policy};
 pub use source::Source;
 use transform::bindings::Placement;
 
@@ -148,7 +151,13 @@ fn rewrite_here(
     options: &Options,
 ) -> Result<Rewritten, Refusal> {
     if options.mode == Mode::Auto {
-        let (mode, reason) = auto::mode(module, info, entries);
+        let (mode, reason) = match options.targets.values().any(|&p| p == Policy::Full) {
+            true => (
+                Mode::Tiled,
+                "a target is `full`, and only tiles visit every pixel",
+            ),
+            false => auto::mode(module, info, entries),
+        };
         let options = Options {
             mode,
             ..options.clone()
@@ -165,7 +174,8 @@ fn rewrite_here(
         return graded::rewrite(module, info, &chosen, options);
     }
     let is_only = chosen.len() == 1;
-    let mut rewriter = Rewriter::new(module, info, &chosen, options)?;
+    let split = full::split(module, &chosen, options)?;
+    let mut rewriter = Rewriter::new((module, info), split.as_ref(), &chosen, options)?;
     let mut refusals = Vec::new();
     let mut left_alone = Vec::new();
     for index in chosen {
@@ -251,8 +261,12 @@ fn choose(module: &Module, entries: Entries) -> Result<Vec<usize>, Refusal> {
 
 /// A module while its entry points are rewritten, one by one.
 struct Rewriter<'r> {
+    /// The author's module.
+    author: (&'r Module, &'r ModuleInfo),
+    /// What is rewritten: the author's module, with the stores to `full` targets apart.
     original: &'r Module,
     info: &'r ModuleInfo,
+    full: Option<&'r BTreeMap<usize, full::Full>>,
     options: &'r Options,
     placement: Placement,
     imports: Imports,
@@ -268,13 +282,16 @@ struct Rewriter<'r> {
 
 impl<'r> Rewriter<'r> {
     fn new(
-        original: &'r Module,
-        info: &'r ModuleInfo,
+        author: (&'r Module, &'r ModuleInfo),
+        split: Option<&'r full::Split>,
         entries: &[usize],
         options: &'r Options,
     ) -> Result<Rewriter<'r>, Refusal> {
-        let placement = transform::bindings::place(original, info, entries, options)?;
+        let placement = transform::bindings::place(author.0, author.1, entries, options)?;
+        let (original, info) = split.map_or(author, |split| (&split.module, &split.info));
         Ok(Rewriter {
+            author,
+            full: split.map(|split| &split.full),
             original,
             info,
             options,
@@ -299,8 +316,16 @@ impl<'r> Rewriter<'r> {
             return Err(vec![finding.help("rewrite the shader that it came from")]);
         }
         let facts = Facts::new(self.original, index);
-        let mut plan = plan::plan(self.original, self.info, &facts, index, self.options)?;
-        transform::bindings::check_limits(self.original, self.info, index, self.options)
+        let full = self.full.and_then(|full| full.get(&index));
+        let mut plan = plan::plan(self.original, self.info, &facts, index, self.options).map_err(
+            |findings| match (full, findings.as_slice()) {
+                (Some(full), [only]) if only.code == Code::NothingPerPixel => {
+                    vec![full::nothing_left(self.original, &full.targets)]
+                }
+                _ => findings,
+            },
+        )?;
+        transform::bindings::check_limits(self.author.0, self.author.1, index, self.options)
             .map_err(|finding| vec![finding])?;
         let applied = transform::apply(
             &mut self.module,
@@ -310,7 +335,13 @@ impl<'r> Rewriter<'r> {
             &mut plan,
             &mut self.imports,
             self.options,
+            full.map(|full| full.function),
         )?;
+        for &global in full.iter().flat_map(|full| &full.targets) {
+            let policy = Policy::Full;
+            plan.targets.push(plan::TargetPlan { global, policy });
+        }
+        plan.targets.sort_by_key(|target| target.global);
         self.clones.extend(
             applied
                 .clones
@@ -319,8 +350,8 @@ impl<'r> Rewriter<'r> {
         );
         self.split.extend(applied.split.map(|split| (index, split)));
         self.manifest.entries.push(manifest::entry(
-            self.original,
-            self.info,
+            self.author.0,
+            self.author.1,
             index,
             self.options,
             self.placement,

@@ -78,6 +78,9 @@ pub enum Policy {
     Copy,
     /// Only the primary stores; its duplicates keep what they had.
     Leader,
+    /// Every pixel stores what the original does: these stores and what they need run for every invocation, before
+    /// anything else, with the pixel's own ids. Only mode `tiled` visits every pixel.
+    Full,
     /// The entry point is refused if it stores here.
     Refuse,
 }

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use vrcs_passes::{Color, Entries, Options, Source, emit, input, rewrite};
 
 /// Functions, types and variables of the prelude.
-const PRELUDE: [&str; 22] = [
+const PRELUDE: [&str; 23] = [
     "struct VrcsParams",
     "const VRCS_",
     "var<uniform> vrcs_params",
@@ -21,6 +21,7 @@ const PRELUDE: [&str; 22] = [
     "fn vrcs_take",
     "fn vrcs_flip",
     "fn vrcs_relative",
+    "fn vrcs_place",
     "fn vrcs_prefix",
     "fn vrcs_tile_",
     "fn vrcs_header",

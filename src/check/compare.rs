@@ -80,7 +80,7 @@ pub struct Original {
     pub output_of_site: Vec<usize>,
     /// Where each store goes.
     pub book: AddressBook,
-    /// For each invocation, whether it ever stored, in any run.
+    /// For each invocation, whether it ever stored, in any run, to a target that is not [`Policy::Full`].
     pub stores_ever: Vec<bool>,
     /// Whether which invocations store depends on data.
     pub depends_on_data: bool,
@@ -208,8 +208,8 @@ pub struct Difference {
 }
 
 impl Original {
-    /// What is due in each output, for a map.
-    pub fn expected(&self, groups: &[Group]) -> Vec<Expected> {
+    /// What is due in each output, for a map and an extent.
+    pub fn expected(&self, groups: &[Group], extent: [u32; 2]) -> Vec<Expected> {
         let mut expected = vec![Expected::default(); self.outputs.len()];
         let grid = self.log.grid();
         for z in 0..grid[2] {
@@ -217,7 +217,25 @@ impl Original {
                 self.expect_group(group, z, &mut expected);
             }
         }
+        if self.policies.contains(&Policy::Full) {
+            self.expect_full(extent, &mut expected);
+        }
         expected
+    }
+
+    /// What every pixel stores for itself, whatever the map.
+    fn expect_full(&self, extent: [u32; 2], expected: &mut [Expected]) {
+        let is_full = |output: usize| self.policies[output] == Policy::Full;
+        let [width, height, depth] = self.log.grid();
+        for z in 0..depth {
+            for y in 0..extent[1].min(height) {
+                for x in 0..extent[0].min(width) {
+                    let pixel = self.invocation([x, y], z);
+                    self.expect_pixel(pixel, pixel, false, &is_full, expected);
+                    self.expect_atomics(pixel, pixel, false, &is_full, expected);
+                }
+            }
+        }
     }
 
     /// The smallest extent that holds every invocation that ever stores.
@@ -255,23 +273,28 @@ impl Original {
             }
             let optional = self.depends_on_data && (!stores || rehomed);
             let pixel = self.invocation(member, z);
-            self.expect_pixel(primary, pixel, optional, expected);
-            self.expect_atomics(primary, pixel, optional, expected);
+            let is_copied = |output: usize| self.policies[output] != Policy::Full;
+            self.expect_pixel(primary, pixel, optional, &is_copied, expected);
+            self.expect_atomics(primary, pixel, optional, &is_copied, expected);
         }
     }
 
-    /// What the primary's atomics do for a pixel.
+    /// What the primary's atomics do for a pixel, in some outputs.
     fn expect_atomics(
         &self,
         primary: usize,
         pixel: usize,
         optional: bool,
+        is_meant: &dyn Fn(usize) -> bool,
         expected: &mut [Expected],
     ) {
         for &stored in self.log.of(primary) {
             let site = &self.sites[stored.site as usize];
             let output = self.output_of_site[stored.site as usize];
             let Some(atomic) = site.atomic else { continue };
+            if !is_meant(output) {
+                continue;
+            }
             if pixel != primary && self.policies[output] == Policy::Leader {
                 continue;
             }
@@ -297,11 +320,13 @@ impl Original {
         }
     }
 
+    /// What the primary's stores are for a pixel, in some outputs.
     fn expect_pixel(
         &self,
         primary: usize,
         pixel: usize,
         optional: bool,
+        is_meant: &dyn Fn(usize) -> bool,
         expected: &mut [Expected],
     ) {
         let stores = self.log.of(primary);
@@ -310,7 +335,7 @@ impl Original {
             let site = &self.sites[stored.site as usize];
             let output = self.output_of_site[stored.site as usize];
             let is_leaders = self.policies[output] == Policy::Leader;
-            if site.atomic.is_some() || is_leaders && pixel != primary {
+            if !is_meant(output) || site.atomic.is_some() || is_leaders && pixel != primary {
                 continue;
             }
             // what the primary itself overwrites later cannot be seen, and is overwritten for the pixel, too

@@ -10,6 +10,7 @@ use naga::{Handle, valid::GlobalUse};
 use vrcs_passes::{
     graded::Given,
     instrument::{self, Instrumented, LogSize, Shape},
+    options::Policy,
 };
 
 use super::{
@@ -274,7 +275,7 @@ impl Session<'_> {
         outputs: Outputs,
     ) -> Original {
         let written: Vec<&Made> = made.iter().filter(|made| made.written).collect();
-        let output_of_site = sites
+        let output_of_site: Vec<usize> = sites
             .iter()
             .map(|site| {
                 let found = written
@@ -283,9 +284,15 @@ impl Session<'_> {
                 found.unwrap_or_default()
             })
             .collect();
+        let policies: Vec<Policy> = written
+            .iter()
+            .map(|made| self.job.options.policy(&made.resource.name))
+            .collect();
+        // what every pixel does for itself says nothing of who shades for whom
+        let follows = |site: u32| policies[output_of_site[site as usize]] != Policy::Full;
         let stores = |log: &Log| -> Vec<bool> {
             (0..log.invocations())
-                .map(|i| !log.of(i).is_empty())
+                .map(|i| log.of(i).iter().any(|stored| follows(stored.site)))
                 .collect()
         };
         let each: Vec<Vec<bool>> = logs.iter().map(stores).collect();
@@ -313,10 +320,7 @@ impl Session<'_> {
             outputs,
             initial,
             texel_bytes: written.iter().map(|made| texel_bytes(made)).collect(),
-            policies: written
-                .iter()
-                .map(|made| self.job.options.policy(&made.resource.name))
-                .collect(),
+            policies,
         }
     }
 

@@ -374,7 +374,7 @@ impl Session<'_> {
         case: &Case,
     ) -> Result<(usize, usize), Stop> {
         self.check_builder(case)?;
-        let expected = set.original.expected(&case.groups);
+        let expected = set.original.expected(&case.groups, case.extent);
         let (outputs, counts) = self.run_case(builds, set, case)?;
 
         let is_full = case.extent == [0, 1].map(|axis| set.original.log.grid()[axis]);

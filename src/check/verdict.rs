@@ -90,7 +90,7 @@ impl Session<'_> {
         let [width, height] = case.extent;
         let count = (width * height) as usize;
         let mut marks = vec![Mark::Nothing; count];
-        let expected = set.original.expected(&case.groups);
+        let expected = set.original.expected(&case.groups, case.extent);
         set.original
             .each_due(&expected, outputs, &mut |pixel, right| {
                 let mark = &mut marks[(pixel[1] * width + pixel[0]) as usize];

@@ -97,8 +97,8 @@ pub(super) struct How {
     /// into free numbers of the group that is used least.
     #[arg(long, value_name = "GROUP:BINDING")]
     place: Option<Place>,
-    /// What becomes of a target's stores: `copy` for the duplicates, `leader` for the primary alone, `refuse`. Targets that
-    /// are not named are copied.
+    /// What becomes of a target's stores: `copy` for the duplicates, `leader` for the primary alone, `full` for every
+    /// pixel what the original stores, `refuse`. Targets that are not named are copied.
     #[arg(long = "target", value_name = "NAME=POLICY", value_parser = parse_target)]
     targets: Vec<(String, Policy)>,
     /// What becomes of atomics whose result is unused.
@@ -117,10 +117,11 @@ fn parse_target(text: &str) -> Result<(String, Policy), String> {
     let policy = match policy {
         "copy" => Policy::Copy,
         "leader" => Policy::Leader,
+        "full" => Policy::Full,
         "refuse" => Policy::Refuse,
         _ => {
             return Err(format!(
-                "there is no policy `{policy}`: there are copy, leader and refuse"
+                "there is no policy `{policy}`: there are copy, leader, full and refuse"
             ));
         }
     };

@@ -27,7 +27,7 @@ fn rows() -> Option<Vec<(Row, Option<Shader>)>> {
                 Ok(shader) => shader,
                 Err(invalid) => {
                     let became = Became::NotRead(table::first_line(&invalid.rendered));
-                    let row = Row::new(package, &file.path, "", (became.clone(), became));
+                    let row = Row::new(package, &file.path, "", (became.clone(), became, None));
                     rows.push((row, None));
                     continue;
                 }
@@ -114,9 +114,9 @@ fn what_is_rewritten_keeps_the_laws() {
         job.seed = seed;
         job.size = [29, 21];
         job.cases = 16;
-        job.options = match row.became {
-            Became::Rewritten => Options::default(),
-            _ => table::choice(),
+        job.options = match &row.choice {
+            Some(choice) => choice.options.clone(),
+            None => Options::default(),
         };
         let Shader {
             module,

@@ -2,7 +2,12 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use vrcs_passes::{Code, Options, emit, input::Shader, options::Atomics, rewrite};
+use vrcs_passes::{
+    Code, Options, emit,
+    input::Shader,
+    options::{Atomics, Policy},
+    rewrite,
+};
 
 use super::{crates::Package, verdicts};
 
@@ -29,6 +34,15 @@ pub struct Row {
     pub became: Became,
     /// What becomes of it with what a user may choose.
     pub chosen: Became,
+    /// The choice that was made, if one was, as arguments.
+    pub choice: Option<Choice>,
+}
+
+/// What a user chose.
+#[derive(Clone, Debug)]
+pub struct Choice {
+    pub options: Options,
+    pub arguments: String,
 }
 
 impl Row {
@@ -36,7 +50,7 @@ impl Row {
         package: &Package,
         file: &str,
         entry: &str,
-        (became, chosen): (Became, Became),
+        (became, chosen, choice): (Became, Became, Option<Choice>),
     ) -> Row {
         Row {
             package: format!("{} {}", package.name, package.version),
@@ -44,6 +58,7 @@ impl Row {
             entry: entry.to_owned(),
             became,
             chosen,
+            choice,
         }
     }
 }
@@ -53,24 +68,56 @@ pub fn first_line(text: &str) -> String {
     text.lines().next().unwrap_or_default().to_owned()
 }
 
-/// What a user may choose: more buffers than WebGPU's default limits, as many devices have, and atomics by weight.
-pub fn choice() -> Options {
-    Options {
+/// What a user may choose, from what changes least: more buffers than WebGPU's default limits, as many devices have; a target
+/// of which a refusal speaks written by every pixel; atomics by weight.
+fn choices(shader: &Shader, reasons: &[(Code, String)]) -> Vec<Choice> {
+    let limits = Options {
         max_uniform_buffers: 32,
         max_storage_buffers: 32,
-        atomics: Atomics::Weight,
         ..Options::default()
+    };
+    let mut choices = vec![Choice {
+        options: limits.clone(),
+        arguments: "--max-storage-buffers 32".to_owned(),
+    }];
+    for (_, global) in shader.module.global_variables.iter() {
+        let (Some(name), Some(_)) = (&global.name, global.binding) else {
+            continue;
+        };
+        let quoted = format!("`{name}`");
+        if !reasons.iter().any(|(_, why)| why.contains(&quoted)) {
+            continue;
+        }
+        let mut options = limits.clone();
+        options.targets.insert(name.clone(), Policy::Full);
+        choices.push(Choice {
+            options,
+            arguments: format!("--target {name}=full"),
+        });
     }
+    choices.push(Choice {
+        options: Options {
+            atomics: Atomics::Weight,
+            ..limits
+        },
+        arguments: "--atomics weight".to_owned(),
+    });
+    choices
 }
 
 /// What becomes of an entry point under the default options, and with what a user may choose.
-pub fn rewritten(shader: &Shader, entry: &str) -> (Became, Became) {
+pub fn rewritten(shader: &Shader, entry: &str) -> (Became, Became, Option<Choice>) {
     let default = rewritten_with(shader, entry, &Options::default());
-    let chosen = match &default {
-        Became::Refused(_) => rewritten_with(shader, entry, &choice()),
-        _ => default.clone(),
+    let Became::Refused(reasons) = &default else {
+        return (default.clone(), default, None);
     };
-    (default, chosen)
+    for choice in choices(shader, reasons) {
+        let chosen = rewritten_with(shader, entry, &choice.options);
+        if chosen == Became::Rewritten {
+            return (default, chosen, Some(choice));
+        }
+    }
+    (default.clone(), default, None)
 }
 
 fn rewritten_with(shader: &Shader, entry: &str, options: &Options) -> Became {
@@ -123,7 +170,7 @@ pub fn print(rows: &[Row]) -> String {
         "# Published shaders\n\n\
          Written by `BLESS=1 cargo test --test corpus`; the test fails where it is not current.\n\n\
          - Rewritten, of the entry points that store per pixel, with the default options: {}.\n\
-         - The same with what a user may choose (32 buffers of each kind a stage, `--atomics weight`): {}.\n\
+         - The same with what a user may choose (32 buffers of each kind a stage, one target `full`, `--atomics weight`): {}.\n\
          - Entry points that store nothing per pixel: {nothing}. Files that are not shaders on their own: {unread}.\n\n\
          | crate | file | entry point | becomes | because | verdict of a reader |\n\
          |---|---|---|---|---|---|\n",
@@ -136,9 +183,9 @@ pub fn print(rows: &[Row]) -> String {
                 let mut codes: Vec<String> =
                     reasons.iter().map(|(code, _)| code.to_string()).collect();
                 codes.dedup();
-                let choice = match row.chosen {
-                    Became::Rewritten => " (rewritten by choice)",
-                    _ => "",
+                let choice = match &row.choice {
+                    Some(choice) => format!(" (rewritten with `{}`)", choice.arguments),
+                    None => String::new(),
                 };
                 format!("{}: {}{choice}", codes.join(", "), reasons[0].1)
             }

@@ -17,6 +17,7 @@ use crate::{
     },
     deep,
     finding::Code,
+    full,
     plan::{self, EntryPlan, How},
     source::Source,
     told::{Told, ToldPlace},
@@ -119,6 +120,9 @@ fn explain_entry(
         let told = refusal.findings.iter().map(|f| Told::new(f, source));
         explained.findings.extend(told);
     }
+    // what is `full` is not copied: its stores are the original's
+    let split = full::split(module, &[index], options).ok().flatten();
+    let (module, info) = (split.as_ref()).map_or((module, info), |s| (&s.module, &s.info));
     let facts = Facts::new(module, index);
     if let Ok(plan) = plan::plan(module, info, &facts, index, options) {
         let words = Words {

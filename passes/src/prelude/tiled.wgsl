@@ -57,9 +57,15 @@ fn vrcs_tile_prefix(tile: vec3<u32>, pixel: vec3<u32>, lane: u32, size: vec2<u32
     return vrcs_take(vec3<u32>(origin + position, tile.z), entry >> 16u);
 }
 
-// The same for a workgroup whose invocations lie in the tile row by row.
-fn vrcs_prefix(tile: vec3<u32>, lane: u32) -> bool {
+// An invocation's own place in a workgroup whose invocations lie in the tile row by row.
+fn vrcs_place(tile: vec3<u32>, lane: u32) -> vec3<u32> {
     let size = vec2<u32>(VRCS_TILE_WIDTH, VRCS_TILE_HEIGHT);
     let own = tile.xy * size + vec2<u32>(lane % VRCS_TILE_WIDTH, lane / VRCS_TILE_WIDTH);
-    return vrcs_tile_prefix(tile, vec3<u32>(own, tile.z), lane, size);
+    return vec3<u32>(own, tile.z);
+}
+
+// Finds the pixel of an invocation of such a workgroup.
+fn vrcs_prefix(tile: vec3<u32>, lane: u32) -> bool {
+    let size = vec2<u32>(VRCS_TILE_WIDTH, VRCS_TILE_HEIGHT);
+    return vrcs_tile_prefix(tile, vrcs_place(tile, lane), lane, size);
 }

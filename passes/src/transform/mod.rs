@@ -21,7 +21,7 @@ use crate::{
     plan::{CopyPlan, EntryPlan},
 };
 use copies::Copies;
-use prologue::Prologue;
+use prologue::{EveryPixel, Prologue};
 use specialise::Specialise;
 
 /// What was made for an entry point.
@@ -33,7 +33,7 @@ pub struct Applied {
 }
 
 /// Rewrites one entry point of `module`, a copy of `original` that may already hold other rewritten entry points. Gives the
-/// clones that were made, and what each was made from.
+/// clones that were made, and what each was made from. `full` is what of the entry point runs for every pixel, if anything does.
 ///
 /// # Errors
 /// If what is added to a shader with barriers does not fit into workgroup memory.
@@ -45,6 +45,7 @@ pub fn apply(
     plan: &mut EntryPlan,
     imports: &mut Imports,
     options: &Options,
+    full: Option<Handle<Function>>,
 ) -> Result<Applied, Vec<Finding>> {
     if plan.group.is_some() {
         return apply_to_group(module, original, info, entry, plan, imports, options);
@@ -69,12 +70,14 @@ pub fn apply(
         &prologue,
         options.max_rate,
     );
+    let every = full.map(|function| EveryPixel::import(module, imports, options, function));
     let function = prologue::entry_function(
         module,
         &found.terms,
         found.group_size,
         entry,
         &prologue,
+        every,
         inner,
     );
     let rewritten = &mut module.entry_points[entry];

@@ -136,35 +136,43 @@ fn domain_function(
     module.functions.append(function, Span::UNDEFINED)
 }
 
-/// Makes the new entry point function, which calls `inner` with impersonated ids.
-pub fn entry_function(
-    module: &mut Module,
+/// What runs for every pixel before the rest finds its own.
+#[derive(Clone, Copy, Debug)]
+pub struct EveryPixel {
+    /// The author's part, with the entry point's arguments.
+    pub function: Handle<Function>,
+    /// `fn(tile, lane) -> vec3<u32>`: the invocation's own pixel.
+    pub place: Handle<Function>,
+    /// `fn(pixel) -> bool`: whether it lies in the extent.
+    pub is_inside: Handle<Function>,
+}
+
+impl EveryPixel {
+    /// Imports what it takes to run a function for every pixel.
+    pub fn import(
+        module: &mut Module,
+        imports: &mut Imports,
+        options: &Options,
+        function: Handle<Function>,
+    ) -> EveryPixel {
+        let prelude = prelude(options);
+        EveryPixel {
+            function,
+            place: imports.function(&prelude, module, "vrcs_place"),
+            is_inside: imports.function(&prelude, module, "vrcs_is_inside"),
+        }
+    }
+}
+
+/// The original's arguments, for the ids of a pixel.
+fn arguments_for(
+    code: &mut Code,
     terms: &Terms,
-    group_size: [TermId; 3],
     entry: usize,
-    prologue: &Prologue,
-    inner: Handle<Function>,
-) -> Function {
-    let ids_type = build::numeric(&mut module.types, build::vector_size(3), Scalar::U32);
-    let lane_type = build::numeric(&mut module.types, None, Scalar::U32);
-    let mut function = Function::default();
-    let arguments = [
-        ("vrcs_group", ids_type, BuiltIn::WorkGroupId),
-        ("vrcs_lane", lane_type, BuiltIn::LocalInvocationIndex),
-    ]
-    .map(|(name, ty, builtin)| add_builtin(&mut function, name, ty, builtin));
-    let original = &terms.module().entry_points[entry].function;
-    let mut code = Code::new(&mut module.types, &mut function, Span::UNDEFINED);
-    let found = code.value_of(prologue.prefix, arguments.to_vec());
-    code.return_unless(found);
-    let pixel = code.global(prologue.pixel);
-    let ids = Ids {
-        pixel,
-        group_size,
-        params: prologue.params,
-        width: terms.width,
-    };
+    ids: Ids,
+) -> Vec<Handle<Expression>> {
     let mut recompute = Recompute::new(terms, entry, ids, []);
+    let original = &terms.module().entry_points[entry].function;
     let mut arguments = Vec::with_capacity(original.arguments.len());
     for argument in &original.arguments {
         let builtin = |code: &mut Code, binding: &Option<Binding>, ty| {
@@ -175,13 +183,49 @@ pub fn entry_function(
                 // the plan has seen to it that nothing uses the others
                 .unwrap_or_else(|| code.add(Expression::ZeroValue(ty)))
         };
-        arguments.push(compose_argument(
-            &mut code,
-            terms.module(),
-            argument,
-            builtin,
-        ));
+        arguments.push(compose_argument(code, terms.module(), argument, builtin));
     }
+    arguments
+}
+
+/// Makes the new entry point function, which calls `inner` with impersonated ids; before it, with the invocation's own, what runs
+/// for every pixel.
+pub fn entry_function(
+    module: &mut Module,
+    terms: &Terms,
+    group_size: [TermId; 3],
+    entry: usize,
+    prologue: &Prologue,
+    every: Option<EveryPixel>,
+    inner: Handle<Function>,
+) -> Function {
+    let ids_type = build::numeric(&mut module.types, build::vector_size(3), Scalar::U32);
+    let lane_type = build::numeric(&mut module.types, None, Scalar::U32);
+    let mut function = Function::default();
+    let arguments = [
+        ("vrcs_group", ids_type, BuiltIn::WorkGroupId),
+        ("vrcs_lane", lane_type, BuiltIn::LocalInvocationIndex),
+    ]
+    .map(|(name, ty, builtin)| add_builtin(&mut function, name, ty, builtin));
+    let mut code = Code::new(&mut module.types, &mut function, Span::UNDEFINED);
+    let ids_of = |pixel| Ids {
+        pixel,
+        group_size,
+        params: prologue.params,
+        width: terms.width,
+    };
+    if let Some(every) = every {
+        let own = code.value_of(every.place, arguments.to_vec());
+        let is_inside = code.value_of(every.is_inside, vec![own]);
+        code.when(is_inside, |code| {
+            let arguments = arguments_for(code, terms, entry, ids_of(own));
+            code.call(every.function, arguments, false);
+        });
+    }
+    let found = code.value_of(prologue.prefix, arguments.to_vec());
+    code.return_unless(found);
+    let pixel = code.global(prologue.pixel);
+    let arguments = arguments_for(&mut code, terms, entry, ids_of(pixel));
     code.call(inner, arguments, false);
     let body = code.finish();
     build::set_body(&mut function, body);

@@ -19,12 +19,12 @@ struct VrcsParams {
     stride: u32,
 }
 
+const VRCS_TILE_WIDTH: u32 = 16u;
 const VRCS_SHADES_SKY: bool = false;
 const VRCS_TILE_IDENTITY: u32 = 262144u;
 const VRCS_TILE_SKY: u32 = 1048576u;
 const VRCS_ENABLED: u32 = 1u;
 const VRCS_TILE_UNIFORM: u32 = 524288u;
-const VRCS_TILE_WIDTH: u32 = 16u;
 
 @group(0) @binding(0)
 var picture: texture_storage_2d<rgba8unorm,write>;
@@ -35,14 +35,20 @@ var<private> vrcs_copies: u32;
 @group(1) @binding(1)
 var<storage> vrcs_coords: array<u32>;
 
+fn vrcs_place(tile: vec3<u32>, lane: u32) -> vec3<u32> {
+    let size_1 = vec2<u32>(16u, 16u);
+    let own = ((tile.xy * size_1) + vec2<u32>((lane % VRCS_TILE_WIDTH), (lane / VRCS_TILE_WIDTH)));
+    return vec3<u32>(own, tile.z);
+}
+
 fn vrcs_is_inside(pixel: vec3<u32>) -> bool {
     let _e3 = vrcs_params.extent;
     return all((pixel < _e3));
 }
 
-fn vrcs_header(tile: vec3<u32>) -> u32 {
+fn vrcs_header(tile_1: vec3<u32>) -> u32 {
     let _e5 = vrcs_params.tiles_per_row;
-    let _e10 = vrcs_coords[((tile.y * _e5) + tile.x)];
+    let _e10 = vrcs_coords[((tile_1.y * _e5) + tile_1.x)];
     return _e10;
 }
 
@@ -147,15 +153,15 @@ fn vrcs_take_block(origin: vec2<u32>, z_1: u32, width: u32, number: u32, code: u
     let rate_1 = vec2<u32>((code >> 2u), (code & 3u));
     let across = (width >> rate_1.x);
     let corner_1 = (origin + (vec2<u32>((number % across), (number / across)) << rate_1));
-    let size_1 = (vec2(1u) << rate_1);
-    let row = (((1u << size_1.x) - 1u) << (corner_1.x & 3u));
-    let rows_1 = ((4369u & ((1u << (size_1.y * 4u)) - 1u)) << ((corner_1.y & 3u) * 4u));
+    let size_2 = (vec2(1u) << rate_1);
+    let row = (((1u << size_2.x) - 1u) << (corner_1.x & 3u));
+    let rows_1 = ((4369u & ((1u << (size_2.y * 4u)) - 1u)) << ((corner_1.y & 3u) * 4u));
     let _e45 = vrcs_flip(rate_1, corner_1, phase_1);
     let _e54 = vrcs_take(vec3<u32>((corner_1 ^ vec2<u32>((_e45 & 3u), (_e45 >> 2u))), z_1), (row * rows_1));
     return _e54;
 }
 
-fn vrcs_tile_prefix(tile_1: vec3<u32>, pixel_2: vec3<u32>, lane: u32, size: vec2<u32>) -> bool {
+fn vrcs_tile_prefix(tile_2: vec3<u32>, pixel_2: vec3<u32>, lane_1: u32, size: vec2<u32>) -> bool {
     vrcs_pixel = pixel_2;
     vrcs_copies = 0u;
     let _e9 = vrcs_params.flags;
@@ -163,36 +169,36 @@ fn vrcs_tile_prefix(tile_1: vec3<u32>, pixel_2: vec3<u32>, lane: u32, size: vec2
         let _e14 = vrcs_is_inside(pixel_2);
         return _e14;
     }
-    let _e15 = vrcs_header(tile_1);
+    let _e15 = vrcs_header(tile_2);
     let _e16 = vrcs_is_identity(_e15);
     if _e16 {
         let _e17 = vrcs_is_inside(pixel_2);
         return _e17;
     }
     let _e18 = vrcs_primaries(_e15);
-    if (lane >= _e18) {
+    if (lane_1 >= _e18) {
         return false;
     }
-    let origin_1 = (tile_1.xy * size);
+    let origin_1 = (tile_2.xy * size);
     if ((_e15 & VRCS_TILE_UNIFORM) != 0u) {
-        let _e37 = vrcs_take_block(origin_1, tile_1.z, size.x, lane, ((_e15 >> 24u) & 15u), ((_e15 >> 21u) & 7u));
+        let _e37 = vrcs_take_block(origin_1, tile_2.z, size.x, lane_1, ((_e15 >> 24u) & 15u), ((_e15 >> 21u) & 7u));
         return _e37;
     }
     let _e41 = vrcs_params.tiles_per_row;
-    let slot = ((tile_1.y * _e41) + tile_1.x);
+    let slot = ((tile_2.y * _e41) + tile_2.x);
     let _e48 = vrcs_params.entries;
     let _e51 = vrcs_params.entries_per_tile;
-    let entry = vrcs_coords[((_e48 + (slot * _e51)) + lane)];
+    let entry = vrcs_coords[((_e48 + (slot * _e51)) + lane_1)];
     let position = vec2<u32>((entry & 255u), ((entry >> 8u) & 255u));
-    let _e69 = vrcs_take(vec3<u32>((origin_1 + position), tile_1.z), (entry >> 16u));
+    let _e69 = vrcs_take(vec3<u32>((origin_1 + position), tile_2.z), (entry >> 16u));
     return _e69;
 }
 
-fn vrcs_prefix(tile_2: vec3<u32>, lane_1: u32) -> bool {
-    let size_2 = vec2<u32>(16u, 16u);
-    let own = ((tile_2.xy * size_2) + vec2<u32>((lane_1 % VRCS_TILE_WIDTH), (lane_1 / VRCS_TILE_WIDTH)));
-    let _e15 = vrcs_tile_prefix(tile_2, vec3<u32>(own, tile_2.z), lane_1, size_2);
-    return _e15;
+fn vrcs_prefix(tile_3: vec3<u32>, lane_2: u32) -> bool {
+    let size_3 = vec2<u32>(16u, 16u);
+    let _e5 = vrcs_place(tile_3, lane_2);
+    let _e6 = vrcs_tile_prefix(tile_3, _e5, lane_2, size_3);
+    return _e6;
 }
 
 fn vrcs_duplicate(k: u32) -> vec3<u32> {
