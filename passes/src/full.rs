@@ -229,13 +229,16 @@ struct Privates {
     written: BTreeSet<Handle<GlobalVariable>>,
 }
 
+/// A function and the resources that it is handed.
+type Handed = (Handle<Function>, Vec<Option<Handle<GlobalVariable>>>);
+
 /// A half while it is made.
 struct Half<'h> {
     entry: usize,
     /// The targets whose stores are left out.
     without: &'h [Handle<GlobalVariable>],
-    /// Helpers that are made already: of a function and the resources that it is handed.
-    known: BTreeMap<(Handle<Function>, Vec<Option<Handle<GlobalVariable>>>), Handle<Function>>,
+    /// Helpers that are made already.
+    known: BTreeMap<Handed, Handle<Function>>,
 }
 
 impl<'h> Half<'h> {

@@ -327,6 +327,7 @@ impl<'r> Rewriter<'r> {
         )?;
         transform::bindings::check_limits(self.author.0, self.author.1, index, self.options)
             .map_err(|finding| vec![finding])?;
+        plan.full = full.map(|full| full.function);
         let applied = transform::apply(
             &mut self.module,
             self.original,
@@ -335,7 +336,6 @@ impl<'r> Rewriter<'r> {
             &mut plan,
             &mut self.imports,
             self.options,
-            full.map(|full| full.function),
         )?;
         for &global in full.iter().flat_map(|full| &full.targets) {
             let policy = Policy::Full;

@@ -10,7 +10,7 @@ mod domain;
 mod hazards;
 pub mod regions;
 
-use naga::{GlobalVariable, Handle, Module, Span, valid::ModuleInfo};
+use naga::{Function, GlobalVariable, Handle, Module, Span, valid::ModuleInfo};
 
 use crate::{
     analysis::{
@@ -38,6 +38,8 @@ pub struct EntryPlan<'a> {
     pub domain: Vec<Formula>,
     /// The resources that it stores to, in the order of their declaration.
     pub targets: Vec<TargetPlan>,
+    /// What of the entry point runs for every pixel, [apart](crate::full) from what is planned here.
+    pub full: Option<Handle<Function>>,
     /// What is done besides if invocations work together.
     pub group: Option<GroupPlan>,
     /// Warnings.
@@ -135,6 +137,7 @@ pub fn plan<'a>(
         copies,
         domain: domain.shared,
         targets,
+        full: None,
         group,
         warnings,
     })

@@ -33,7 +33,7 @@ pub struct Applied {
 }
 
 /// Rewrites one entry point of `module`, a copy of `original` that may already hold other rewritten entry points. Gives the
-/// clones that were made, and what each was made from. `full` is what of the entry point runs for every pixel, if anything does.
+/// clones that were made, and what each was made from.
 ///
 /// # Errors
 /// If what is added to a shader with barriers does not fit into workgroup memory.
@@ -45,7 +45,6 @@ pub fn apply(
     plan: &mut EntryPlan,
     imports: &mut Imports,
     options: &Options,
-    full: Option<Handle<Function>>,
 ) -> Result<Applied, Vec<Finding>> {
     if plan.group.is_some() {
         return apply_to_group(module, original, info, entry, plan, imports, options);
@@ -70,7 +69,9 @@ pub fn apply(
         &prologue,
         options.max_rate,
     );
-    let every = full.map(|function| EveryPixel::import(module, imports, options, function));
+    let every = plan
+        .full
+        .map(|function| EveryPixel::import(module, imports, options, function));
     let function = prologue::entry_function(
         module,
         &found.terms,
