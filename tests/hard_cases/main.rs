@@ -6,16 +6,28 @@
 mod common;
 
 mod case;
+mod closed_loop;
+mod differences;
 mod shaders;
 mod sizes;
+mod stage;
 mod table;
+mod time;
+mod values;
 
 use std::process::ExitCode;
 
 use case::Family;
 use libtest_mimic::{Arguments, Trial};
 
-const FAMILIES: &[Family] = &[shaders::FAMILY, sizes::FAMILY];
+const FAMILIES: &[Family] = &[
+    values::FAMILY,
+    differences::FAMILY,
+    closed_loop::FAMILY,
+    time::FAMILY,
+    shaders::FAMILY,
+    sizes::FAMILY,
+];
 
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
