@@ -213,12 +213,12 @@ impl Reals<'_> {
     }
 
     fn stability(&self, log2: u8, previous: u8) -> f64 {
-        let norm = self.settings.content.norm;
+        let content = &self.settings.content;
         match self.settings.stability {
             Stability::None => 1.0,
-            Stability::Compensate => hysteresis::gain(norm, previous),
-            Stability::Hysteresis if previous >= log2 => 1.0 + hysteresis::epsilon(norm, log2),
-            Stability::Hysteresis => 1.0 - hysteresis::epsilon(norm, log2),
+            Stability::Compensate => hysteresis::swell(content, previous),
+            Stability::Hysteresis if previous >= log2 => 1.0 + hysteresis::epsilon(content, log2),
+            Stability::Hysteresis => 1.0 - hysteresis::epsilon(content, log2),
         }
     }
 }

@@ -112,10 +112,10 @@ impl Params {
             std::array::from_fn(|had| match (settings.stability, had) {
                 (Stability::None, _) | (_, 3) => fixed::FACTOR_ONE,
                 (Stability::Compensate, had) => {
-                    fixed::factor(hysteresis::gain(content.norm, had as u8))
+                    fixed::factor(hysteresis::swell(content, had as u8))
                 }
                 (Stability::Hysteresis, had) => {
-                    let epsilon = hysteresis::epsilon(content.norm, log2);
+                    let epsilon = hysteresis::epsilon(content, log2);
                     match had as u8 >= log2 {
                         true => fixed::factor(1.0 + epsilon),
                         false => fixed::factor(1.0 - epsilon),

@@ -257,11 +257,11 @@ pub enum Stability {
     /// Nothing.
     #[default]
     None,
-    /// t is t (1 + ε) for a rate that the previous frame had, t (1 − ε) for a coarser one, ε from the norm:
-    /// [`epsilon`](super::hysteresis::epsilon).
+    /// t is t (1 + ε) for a rate that the previous frame had, t (1 − ε) for a coarser one, ε from the norm and
+    /// the window: [`epsilon`](super::hysteresis::epsilon).
     Hysteresis,
     /// The error is divided by what the previous frame's rate made of it on a ramp:
-    /// [`gain`](super::hysteresis::gain).
+    /// [`swell`](super::hysteresis::swell).
     Compensate,
 }
 

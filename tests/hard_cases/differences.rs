@@ -75,7 +75,7 @@ pub const FAMILY: Family = Family {
         },
         Case {
             id: "E26",
-            name: "a picture and its transpose, by every norm and set of pairs",
+            name: "a picture and its transpose, by every norm and every set of pairs but the chequerboard",
             hazard: "x and y are swapped somewhere: vertical stripes become coarse across",
             bound: "transposed rates, bit for bit",
             guard: "pairs() and sobel() by axis; swapping WIDTH and 1 in the kernel fails E18",
@@ -264,7 +264,10 @@ fn drivers() -> Result<String, String> {
             let found = on_the_driver(&gpu, size, &codes, &settings)?;
             let wanted = rates(&Inputs::of_colour(size, Colour::Codes(&codes)), &settings);
             if found != wanted {
-                return Err(format!("{} quads differ: {settings:?}", apart(&found, &wanted)));
+                return Err(format!(
+                    "{} quads differ: {settings:?}",
+                    apart(&found, &wanted)
+                ));
             }
             for (_, code) in quads(&found) {
                 hash = (hash ^ u64::from(code)).wrapping_mul(0x0100_0000_01b3);
@@ -279,7 +282,10 @@ fn noisy_thresholds() -> Result<String, String> {
     let mut text = Vec::new();
     for norm in [Norm::L2, Norm::LInf] {
         let mut transitions = [0; 2];
-        for (index, stability) in [Stability::None, Stability::Hysteresis].into_iter().enumerate() {
+        for (index, stability) in [Stability::None, Stability::Hysteresis]
+            .into_iter()
+            .enumerate()
+        {
             let settings = Settings {
                 stability,
                 ..with(Content {
@@ -305,7 +311,9 @@ fn noisy_thresholds() -> Result<String, String> {
             }
         }
         if transitions[1] > 1 || transitions[0] < 8 {
-            return Err(format!("{norm:?}: {transitions:?} without and with hysteresis"));
+            return Err(format!(
+                "{norm:?}: {transitions:?} without and with hysteresis"
+            ));
         }
         text.push(format!("{norm:?} {} → {}", transitions[0], transitions[1]));
     }
@@ -378,10 +386,17 @@ fn dark_ramps() -> Result<String, String> {
     let root = root_of(&ramp);
     let wanted = of_picture(size, &ramp, &settings);
     let from_root = rates(&Inputs::of_colour(size, Colour::SqrtLuma(&root)), &settings);
-    let linear: Vec<[f32; 4]> = ramp.iter().map(|p| p.map(|v| (v * 255.0).round() / 255.0)).collect();
+    let linear: Vec<[f32; 4]> = ramp
+        .iter()
+        .map(|p| p.map(|v| (v * 255.0).round() / 255.0))
+        .collect();
     let from_linear = of_picture(size, &linear, &settings);
     let share = |found: &Sri| 100.0 - 100.0 * apart(found, &wanted) as f64 / 1024.0;
-    let text = format!("{:.1} % by √luma, {:.1} % by linear bytes", share(&from_root), share(&from_linear));
+    let text = format!(
+        "{:.1} % by √luma, {:.1} % by linear bytes",
+        share(&from_root),
+        share(&from_linear)
+    );
     match share(&from_root) >= 95.0 && share(&from_linear) < share(&from_root) {
         true => Ok(text),
         false => Err(text),
@@ -403,7 +418,11 @@ fn transposes() -> Result<String, String> {
     let turned: Vec<[f32; 4]> = (0..1024).map(|i| picture[i % 32 * 32 + i / 32]).collect();
     let mut times = 0;
     for norm in [Norm::L1, Norm::L2, Norm::LInf, Norm::Root] {
-        for pairs in PAIRS {
+        // GDC's chequerboard is none of its own transposes: a step across starts where one down does not
+        for pairs in PAIRS
+            .into_iter()
+            .filter(|&pairs| pairs != Pairs::Interleaved)
+        {
             let settings = with(Content {
                 norm,
                 pairs,
@@ -422,7 +441,11 @@ fn transposes() -> Result<String, String> {
         }
     }
     let stripes = grey(size, |x, _| (x % 2) as f32);
-    all_are(&of_picture(size, &stripes, &Settings::default()), Rate::R1X2, "vertical stripes")?;
+    all_are(
+        &of_picture(size, &stripes, &Settings::default()),
+        Rate::R1X2,
+        "vertical stripes",
+    )?;
     Ok(format!("equal by {times} settings"))
 }
 
@@ -430,8 +453,16 @@ fn shifts() -> Result<String, String> {
     let size = [130, 64];
     // smooth noise: sums of waves
     let of = |x: f32, y: f32| {
-        let waves = [(0.31, 0.12, 0.08), (0.11, -0.4, 0.07), (0.73, 0.5, 0.05), (1.4, -0.9, 0.04)];
-        0.4 + waves.iter().map(|&(a, b, c)| c * (a * x + b * y).sin()).sum::<f32>()
+        let waves = [
+            (0.31, 0.12, 0.08),
+            (0.11, -0.4, 0.07),
+            (0.73, 0.5, 0.05),
+            (1.4, -0.9, 0.04),
+        ];
+        0.4 + waves
+            .iter()
+            .map(|&(a, b, c)| c * (a * x + b * y).sin())
+            .sum::<f32>()
     };
     let changed = |pairs| {
         let settings = with(Content {

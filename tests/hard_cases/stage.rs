@@ -18,7 +18,9 @@ pub fn grey([width, height]: [u32; 2], of: impl Fn(u32, u32) -> f32) -> Vec<[f32
 pub fn noise(size: [u32; 2], span: f32) -> Vec<[f32; 4]> {
     let mut rng = Rng::with_seed(7);
     let values: Vec<f32> = (0..size[0] * size[1]).map(|_| rng.f32()).collect();
-    grey(size, |x, y| 0.5 + span * (values[(y * size[0] + x) as usize] - 0.5))
+    grey(size, |x, y| {
+        0.5 + span * (values[(y * size[0] + x) as usize] - 0.5)
+    })
 }
 
 /// Both twins.

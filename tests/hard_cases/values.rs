@@ -2,7 +2,9 @@
 
 use vrcs::{
     Rate,
-    analyse::{Colour, Inputs, Reason, Settings, fixed, motion, params::Params, refit, settings::*},
+    analyse::{
+        Colour, Inputs, Reason, Settings, fixed, motion, params::Params, refit, settings::*,
+    },
     sri::Sri,
 };
 
@@ -104,20 +106,27 @@ fn colours_that_are_none() -> Result<String, String> {
                 for found in twins(&inputs, &Settings::default())? {
                     for ([x, y], code) in quads(&found.sri) {
                         // a window reaches one pixel beyond its quad
-                        let near = |quad: u32, at: u32| (quad * 2..quad * 2 + 4).contains(&(at + 1));
+                        let near =
+                            |quad: u32, at: u32| (quad * 2..quad * 2 + 4).contains(&(at + 1));
                         let wanted = match near(x, at[0]) && near(y, at[1]) {
                             true => Rate::R1X1,
                             false => Rate::R2X2,
                         };
                         if code != wanted.code() {
-                            return Err(format!("{bad} at {at:?}: quad {x},{y} is {code}, not {wanted}"));
+                            return Err(format!(
+                                "{bad} at {at:?}: quad {x},{y} is {code}, not {wanted}"
+                            ));
                         }
                     }
                     times += 1;
                 }
             }
             let whole = vec![[bad; 4]; (size[0] * size[1]) as usize];
-            all_are(&of_picture(size, &whole, &Settings::default()), Rate::R1X1, "whole frame")?;
+            all_are(
+                &of_picture(size, &whole, &Settings::default()),
+                Rate::R1X1,
+                "whole frame",
+            )?;
         }
     }
     Ok(format!("held {times} times"))
@@ -135,14 +144,21 @@ fn white_moves_with_the_picture() -> Result<String, String> {
     };
     let wanted = of_picture(size, &base, &settings(0));
     for log2 in -16..=16 {
-        let scaled: Vec<[f32; 4]> = base.iter().map(|p| p.map(|v| v * 2f32.powi(log2))).collect();
+        let scaled: Vec<[f32; 4]> = base
+            .iter()
+            .map(|p| p.map(|v| v * 2f32.powi(log2)))
+            .collect();
         if of_picture(size, &scaled, &settings(log2)) != wanted {
             return Err(format!("white 2^{log2} gives other rates"));
         }
     }
     for bright in [1.0001, 65504.0, 1e30, f32::MAX] {
         let picture = grey(size, |_, _| bright);
-        all_are(&of_picture(size, &picture, &settings(0)), Rate::R1X1, "above white")?;
+        all_are(
+            &of_picture(size, &picture, &settings(0)),
+            Rate::R1X1,
+            "above white",
+        )?;
     }
     Ok("equal at 33 whites".to_owned())
 }
@@ -174,7 +190,9 @@ fn no_bias_toward_coarse() -> Result<String, String> {
     }
     match coarser {
         0 => Ok(format!("0 coarser, {finer} finer of {total}")),
-        _ => Err(format!("{coarser} of {total} are coarser than the exact stage")),
+        _ => Err(format!(
+            "{coarser} of {total} are coarser than the exact stage"
+        )),
     }
 }
 
@@ -195,7 +213,11 @@ fn bright_pictures() -> Result<String, String> {
         if of_picture(size, &picture, &settings) != plain {
             return Err(format!("at {scale} units the rates are others"));
         }
-        all_are(&of_picture(size, &picture, &Settings::default()), Rate::R1X1, "white not given")?;
+        all_are(
+            &of_picture(size, &picture, &Settings::default()),
+            Rate::R1X1,
+            "white not given",
+        )?;
     }
     Ok("equal at 1,024, 8,192 and 65,536 units".to_owned())
 }
@@ -256,7 +278,9 @@ fn speeds() -> Result<String, String> {
             for (([x, y], now), (_, last)) in quads(&now).zip(quads(&last)) {
                 let (now, last) = (Rate::from_code_or_full(now), Rate::from_code_or_full(last));
                 if !last.is_within(now) {
-                    return Err(format!("{blur:?}: quad {x},{y} is {last}, then {now} at {speed}"));
+                    return Err(format!(
+                        "{blur:?}: quad {x},{y} is {last}, then {now} at {speed}"
+                    ));
                 }
             }
             last = now;
@@ -278,7 +302,10 @@ fn straight_lines() -> Result<String, String> {
         last = b;
     }
     let table = motion::table(Some(Blur::Linear), 0.15, 2.13);
-    match table.iter().all(|entry| entry & 0xffff > 0 && entry >> 16 > 0) {
+    match table
+        .iter()
+        .all(|entry| entry & 0xffff > 0 && entry >> 16 > 0)
+    {
         true => Ok(format!("b_H ≥ {:.4}, b_Q ≥ {:.4}", last[0], last[1])),
         false => Err("an entry of the table is 0".to_owned()),
     }
@@ -354,7 +381,11 @@ fn other_inputs() -> Result<String, String> {
                 motion: Some(&vectors),
                 ..inputs
             };
-            all_are(&crate::stage::rates(&inputs, &settings), Rate::R1X1, "motion")?;
+            all_are(
+                &crate::stage::rates(&inputs, &settings),
+                Rate::R1X1,
+                "motion",
+            )?;
         }
         let blur = vec![bad; 256];
         let inputs = Inputs {
