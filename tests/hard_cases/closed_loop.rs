@@ -152,7 +152,10 @@ fn picture(name: &str, x: u32, y: u32) -> f32 {
                 0.5
             }
         }
-        "text" => match x / 7 % 2 == 0 && y / 9 % 2 == 0 && (x % 7 < 2 || y % 9 == 4) {
+        "text" => match (x / 7).is_multiple_of(2)
+            && (y / 9).is_multiple_of(2)
+            && (x % 7 < 2 || y % 9 == 4)
+        {
             true => -0.5,
             false => 0.5,
         },
