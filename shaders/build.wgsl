@@ -75,7 +75,8 @@ struct Params {
 
 const TILE: vec2<u32> = vec2<u32>(#{TILE_WIDTH}u, #{TILE_HEIGHT}u);
 const AREA: u32 = TILE.x * TILE.y;
-const QUADS: vec2<u32> = TILE / 2u;
+// a side that is odd, as of a workgroup of 64 by 1, ends in half a quad
+const QUADS: vec2<u32> = (TILE + 1u) / 2u;
 const QUAD_COUNT: u32 = QUADS.x * QUADS.y;
 const COUNT_WORDS: u32 = (QUAD_COUNT + 7u) / 8u;
 const TILE_IDENTITY: u32 = 0x40000u;
@@ -402,8 +403,8 @@ fn room_at(origin: vec2<u32>, pixel: vec2<u32>) -> vec2<u32> {
 }
 
 // A rate where the extent cuts its block.
-fn cut(origin: vec2<u32>, quad: vec2<u32>, rate: vec2<u32>) -> vec2<u32> {
-    let corner = ((quad * 2u) >> rate) << rate;
+fn cut(origin: vec2<u32>, pixel: vec2<u32>, rate: vec2<u32>) -> vec2<u32> {
+    let corner = (pixel >> rate) << rate;
     let room = room_at(origin, corner);
     // 1, 2, 3 or more pixels: as powers of two, rounded up
     let reach = min(room / 2u + select(vec2<u32>(0u), vec2<u32>(1u), room > vec2<u32>(2u)), vec2<u32>(2u));
@@ -473,10 +474,12 @@ fn grade(mask: u32) -> u32 {
 
 // Finds the groups of the block with this first corner.
 fn cluster(origin: vec2<u32>, corner: vec2<u32>, rate: vec2<u32>) {
-    let base = corner & vec2<u32>(~3u);
+    let in_block = (origin + corner) & vec2<u32>(3u);
+    // may lie before the tile, where places that no mask has would wrap
+    let base = corner - in_block;
     let size = min(room_at(origin, corner), vec2<u32>(1u) << rate);
-    let row = ((1u << size.x) - 1u) << (corner.x & 3u);
-    let rows = (0x1111u & ((1u << (size.y * 4u)) - 1u)) << ((corner.y & 3u) * 4u);
+    let row = ((1u << size.x) - 1u) << in_block.x;
+    let rows = (0x1111u & ((1u << (size.y * 4u)) - 1u)) << (in_block.y * 4u);
     var left = row * rows;
     var sky = 0u;
 #ifdef SKY
@@ -587,6 +590,12 @@ fn build(
     let rate = rate_of(origin / 2u + quad);
     for (var i = 0u; i < 4u; i++) {
         let corner = quad * 2u + vec2<u32>(i & 1u, i >> 1u);
+#ifdef ODD
+        if any(corner >= TILE) {
+            continue;
+        }
+        let rate = rate_of((origin + corner) / 2u);
+#endif
         if all((corner & ((vec2<u32>(1u) << rate) - 1u)) == vec2<u32>(0u)) {
             cluster(origin, corner, rate);
         }
@@ -597,6 +606,11 @@ fn build(
     var own_sky = 0u;
     for (var i = 0u; i < 4u; i++) {
         let at = quad * 2u + vec2<u32>(i & 1u, i >> 1u);
+#ifdef ODD
+        if any(at >= TILE) {
+            continue;
+        }
+#endif
         let lead = leads[at.y * TILE.x + at.x];
         if lead != 0u {
             let of_sky = (lead & IS_SKY) != 0u;
@@ -604,7 +618,7 @@ fn build(
             own_count += select(1u, 0u, of_sky);
         }
     }
-    let room = room_at(origin, quad * 2u);
+    let room = min(room_at(origin, quad * 2u), TILE - quad * 2u);
     let is_inside = all(room > vec2<u32>(0u));
     atomicOr(&counts[index >> 3u], own_count << ((index & 7u) * 4u));
 #ifdef SKY
@@ -644,8 +658,13 @@ fn build(
     let seen = atomicLoad(&rates_seen);
     // the rate of the tile, if it has one
     let tile_code = firstTrailingBit(seen);
+#ifdef ODD
+    // quads of the tile are not quads of the picture
+    let is_uniform = false;
+#else
     let is_uniform = !is_identity && is_whole && is_alone && countOneBits(seen) == 1u
         && sum == AREA >> ((tile_code >> 2u) + (tile_code & 3u));
+#endif
     var header = select(0u, TILE_SKY, is_all_sky) | (params.phase << 21u);
     if is_identity {
         header |= TILE_IDENTITY;
@@ -708,10 +727,21 @@ fn build(
 
 #ifdef STATISTICS
     if is_inside {
-        let code = cut(origin, quad, rate);
-        let number = select(rate_index((code.x << 2u) | code.y), 0u, is_identity);
         let pixels = min(room, vec2<u32>(2u));
+#ifdef ODD
+        for (var i = 0u; i < 4u; i++) {
+            let at = vec2<u32>(i & 1u, i >> 1u);
+            if all(at < pixels) {
+                let pixel = quad * 2u + at;
+                let code = cut(origin, pixel, rate_of((origin + pixel) / 2u));
+                atomicAdd(&pixels_at[select(rate_index((code.x << 2u) | code.y), 0u, is_identity)], 1u);
+            }
+        }
+#else
+        let code = cut(origin, quad * 2u, rate);
+        let number = select(rate_index((code.x << 2u) | code.y), 0u, is_identity);
         atomicAdd(&pixels_at[number], pixels.x * pixels.y);
+#endif
 #ifdef SKY
         for (var i = 0u; i < 4u; i++) {
             let at = vec2<u32>(i & 1u, i >> 1u);
@@ -726,7 +756,7 @@ fn build(
 
 #ifdef EFFECTIVE
     if is_inside {
-        let code = cut(origin, quad, rate);
+        let code = cut(origin, quad * 2u, rate);
         let number = quad.y * QUADS.x + quad.x;
         let split = (atomicLoad(&splits[number >> 5u]) >> (number & 31u)) & 1u;
         let byte = select((code.x << 2u) | code.y | (split << 7u), 0u, is_identity);
@@ -807,9 +837,15 @@ fn build(
     let first = params.entries + slot * params.entries_per_tile;
     for (var i = 0u; i < 4u; i++) {
         let at = quad * 2u + vec2<u32>(i & 1u, i >> 1u);
+#ifdef ODD
+        if any(at >= TILE) {
+            continue;
+        }
+#endif
         var lead = leads[at.y * TILE.x + at.x];
         if is_identity {
-            let own = 1u << ((at.y & 3u) * 4u + (at.x & 3u));
+            let in_block = (origin + at) & vec2<u32>(3u);
+            let own = 1u << (in_block.y * 4u + in_block.x);
             lead = select(0u, own | select(0u, IS_SKY, is_all_sky), all(origin + at < params.extent));
         }
         if lead == 0u {

@@ -491,10 +491,17 @@ impl View {
 /// Looks for options that no kernel can be made for.
 fn check_options(options: &BuildOptions) -> Result<(), ViewError> {
     let [width, height] = options.tile;
-    let is_tile = |side: u32| side > 0 && side.is_multiple_of(4) && side <= 256;
-    if !is_tile(width) || !is_tile(height) || width * height > 256 {
+    if width == 0 || height == 0 || width > 256 || height > 256 || width * height > 256 {
+        return Err(ViewError::Options("a tile has 1 to 256 pixels"));
+    }
+    if options.for_tile(options.tile).largest != options.largest {
         return Err(ViewError::Options(
-            "the sides of a tile have to be multiples of 4, its area at most 256 pixels",
+            "groups of the largest rate would lie across the edges of tiles of this size: let `BuildOptions::for_tile` choose it",
+        ));
+    }
+    if options.is_odd() && (options.effective || options.modes.graded) {
+        return Err(ViewError::Options(
+            "effective rates and the graded buffer are by quads, which tiles with an odd side do not have: use another view for them",
         ));
     }
     if !options.wave.is_power_of_two() || options.wave > 128 {

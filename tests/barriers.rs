@@ -3,8 +3,12 @@
 
 mod common;
 
-use vrcs::check::{Job, Report};
-use vrcs_passes::Source;
+use vrcs::{
+    Pass, PassError, PassOptions, Rate, View, ViewError,
+    build::BuildOptions,
+    check::{Job, Report},
+};
+use vrcs_passes::{Source, options::MaxRate};
 
 fn shader(name: &str) -> Source {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -43,10 +47,63 @@ laws! {
     bilateral
     blur_apron
     blur_separable
+    column_sum
     handed_on
     light_batches
     occlusion
     override_size
     own_stack
+    sides_12_2
+    sides_15_9
+    sides_5_4
+    sides_6_10
     tiled_deferred
+    wide_blur
+}
+
+/// The same for rates that are 4 wide or 4 high, where the tile has room for them: on tiles of 64 by 1 they are 2 wide at most.
+#[test]
+fn larger_rates() {
+    for name in ["wide_blur", "sides_12_2", "sides_6_10", "light_batches"] {
+        let mut job = Job::new("main");
+        job.seed = common::seed();
+        job.cases = cases().min(12);
+        job.options.max_rate = MaxRate::R4x4;
+        // tiles of a few pixels are never promoted
+        job.options.wave = 4;
+        common::assert_passed(&common::run(&shader(name), &job));
+    }
+}
+
+/// A workgroup that has to be a tile, and is larger than one can be by the values of its overrides, is refused.
+#[test]
+fn a_workgroup_larger_than_a_tile_is_refused() {
+    let gpu = common::gpu();
+    let make = |width: f64, height: f64| {
+        let options = PassOptions {
+            constants: &[("WIDTH", width), ("HEIGHT", height)],
+            ..PassOptions::default()
+        };
+        Pass::new(&gpu.device, &shader("override_size"), &options)
+    };
+    let pass = make(32.0, 8.0).expect("256 invocations");
+    let options = pass.build_options(BuildOptions::default());
+    assert_eq!((options.tile, options.largest), ([32, 8], Rate::R2X2));
+    match make(32.0, 9.0) {
+        Err(PassError::GroupTooLarge { size, area, most }) => {
+            assert_eq!((size, area, most), ([32, 9, 1], 288, 256));
+        }
+        other => panic!("{other:?}"),
+    }
+    // sides that no group of 2x2 divides
+    let pass = make(15.0, 2.0).expect("30 invocations");
+    let options = pass.build_options(BuildOptions::default());
+    assert_eq!((options.tile, options.largest), ([15, 2], Rate::R1X2));
+    View::new(&gpu.device, &gpu.queue, [61, 47, 1], options).expect("a view for it");
+    let too_coarse = BuildOptions {
+        tile: [15, 2],
+        ..BuildOptions::default()
+    };
+    let refused = View::new(&gpu.device, &gpu.queue, [61, 47, 1], too_coarse);
+    assert!(matches!(refused, Err(ViewError::Options(_))));
 }

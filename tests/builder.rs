@@ -342,6 +342,61 @@ fn a_nearly_full_tile_is_promoted_or_kept() {
     }
 }
 
+/// Tiles as workgroups of any shape need them: sides that are odd, or no multiples of 4.
+#[test]
+fn tiles_of_every_shape() {
+    let gpu = common::gpu();
+    let seed = common::seed();
+    let tiles = [
+        [64, 1],
+        [1, 64],
+        [32, 1],
+        [256, 1],
+        [6, 10],
+        [15, 9],
+        [12, 2],
+        [5, 4],
+        [1, 1],
+        [3, 7],
+        [20, 12],
+    ];
+    let surfaces = Coverage {
+        surfaces: true,
+        sky: Some(Sky::Surface(0)),
+        ..Coverage::default()
+    };
+    for (index, tile) in tiles.into_iter().enumerate() {
+        for (turn, extent) in [[61, 47], [130, 9], [1, 1]].into_iter().enumerate() {
+            let mut rng = Rng::with_seed(seed + (index * 3 + turn) as u64);
+            let options = BuildOptions {
+                wave: [4, 32, 8][turn],
+                coverage: [Coverage::default(), surfaces][(index + turn) % 2],
+                largest: [Rate::R4X4, Rate::R2X2][turn % 2],
+                statistics: true,
+                ..BuildOptions::default()
+            }
+            .for_tile(tile);
+            let is_odd = tile[0] % 2 + tile[1] % 2 > 0;
+            let options = BuildOptions {
+                effective: !is_odd,
+                modes: Modes {
+                    graded: !is_odd,
+                    ..Modes::ALL
+                },
+                ..options
+            };
+            let samples = planes(extent, &surfaces, &mut rng);
+            let pattern = Pattern::of_case(rng.u32(1..20), options.largest);
+            let sri = pattern.image(extent[0], extent[1], &mut rng);
+            let frame = Frame {
+                order: Order::Rotating(turn as u32),
+                samples: Some(&samples),
+            };
+            assert_partition(&hold(&gpu, &sri, extent, options, &frame));
+        }
+    }
+}
+
 #[test]
 fn statistics_count_what_a_wave_does() {
     let sri = Sri::uniform(32, 16, Rate::R2X2);

@@ -1,7 +1,7 @@
 //! WGSL text means what the module means: what naga's writer leaves out is put back, and what cannot be said is an error.
 
 use naga::Module;
-use vrcs_passes::{Source, emit, input};
+use vrcs_passes::{Options, Source, emit, input, rewrite};
 
 fn parse(text: &str) -> (Module, naga::valid::ModuleInfo) {
     input::wgsl(&Source::new("test", text)).unwrap_or_else(|invalid| panic!("{}", invalid.rendered))
@@ -197,4 +197,39 @@ fn what_an_entry_point_gives_back_is_compared() {
     assert_eq!(emit::audit::audit(&module, text), Ok(()));
     let changed = text.replace("@location(0)", "@location(1)");
     assert!(emit::audit::audit(&module, &changed).is_err());
+}
+
+/// Which pixels a shader stores for may be a question of all iterations of its loops: the domain asks each of them, and a group
+/// whose primary lies outside moves to a member inside.
+#[test]
+fn guards_in_loops_are_part_of_the_domain() {
+    let text = |last: &str| {
+        let shader = format!(
+            "
+            @group(0) @binding(0) var picture: texture_storage_2d<rgba8unorm, write>;
+            override STEPS: u32 = 2u;
+            @compute @workgroup_size(8, 8)
+            fn main(@builtin(global_invocation_id) id: vec3<u32>) {{
+                let size = textureDimensions(picture);
+                for (var y = 0u; y < {last}; y++) {{
+                    for (var x = 0u; x < 2u; x++) {{
+                        let at = id.xy * 2u + vec2(x, y);
+                        if all(at < size) {{
+                            textureStore(picture, at, vec4(1.0));
+                        }}
+                    }}
+                }}
+            }}
+            "
+        );
+        let source = Source::new("loops.wgsl", shader);
+        let (module, info) = input::wgsl(&source).expect("a valid shader");
+        let rewritten = rewrite(&module, &info, "main", &Options::default()).expect("a rewrite");
+        emit::wgsl(&rewritten.module, &rewritten.info).expect("text")
+    };
+    let known = text("3u");
+    assert!(known.contains("fn vrcs_in_domain"), "{known}");
+    // an end that is no number: no invocation is kept from storing
+    let unknown = text("STEPS");
+    assert!(!unknown.contains("fn vrcs_in_domain"), "{unknown}");
 }

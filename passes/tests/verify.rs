@@ -337,3 +337,102 @@ fn rule_9_the_authors_statements_keep_their_order() {
     let broken = verify::follows(&module, &module, &[0], &[(before, &after)]);
     assert_eq!(broken.map_err(|broken| broken.rule), Err(9));
 }
+
+/// An entry point with a barrier, and a module in which a function is what it was split into: so far the same.
+fn split() -> (Module, Handle<Function>) {
+    let text = "
+        var<workgroup> shared_row: array<f32, 8>;
+        @group(0) @binding(0) var<storage, read_write> out: array<f32>;
+        @compute @workgroup_size(8) fn main(@builtin(local_invocation_index) lane: u32) {
+            shared_row[lane] = f32(lane);
+            workgroupBarrier();
+            out[lane] = shared_row[7u - lane];
+        }
+        ";
+    let mut module = naga::front::wgsl::parse_str(text).expect("a valid shader");
+    let mut function = module.entry_points[0].function.clone();
+    function.name = Some("split".to_owned());
+    for argument in &mut function.arguments {
+        argument.binding = None;
+    }
+    let handle = module.functions.append(function, Span::UNDEFINED);
+    (module, handle)
+}
+
+fn broken_barrier(module: &Module, split: Handle<Function>, entry: &Function) -> Option<u8> {
+    let before = &module.entry_points[0].function;
+    let broken = verify::barriers(before, module, split, entry);
+    broken.err().map(|broken| broken.rule)
+}
+
+/// Puts what stands at the barrier's place into a block of its own, with `wrap` around it.
+fn wrap_barrier(function: &mut Function, wrap: impl FnOnce(Block) -> Statement) {
+    let at = function
+        .body
+        .iter()
+        .position(|statement| matches!(statement, Statement::ControlBarrier(_)))
+        .expect("a barrier");
+    let barrier = Block::from_vec(vec![function.body[at].clone()]);
+    let wrapped = Block::from_vec(vec![wrap(barrier)]);
+    function.body.splice(at..=at, wrapped);
+}
+
+#[test]
+fn rule_10_a_barrier_stands_under_no_condition_of_ours() {
+    let (mut module, split) = split();
+    let new_entry = Function::default();
+    assert_eq!(broken_barrier(&module, split, &new_entry), None);
+    let function = &mut module.functions[split];
+    let ours = literal(function);
+    wrap_barrier(function, |accept| Statement::If {
+        condition: ours,
+        accept,
+        reject: Block::new(),
+    });
+    assert_eq!(broken_barrier(&module, split, &new_entry), Some(10));
+}
+
+#[test]
+fn rule_10_nothing_of_ours_returns_before_a_barrier() {
+    let (mut module, split) = split();
+    let new_entry = Function::default();
+    let function = &mut module.functions[split];
+    let ours = literal(function);
+    let leave = Statement::If {
+        condition: ours,
+        accept: Block::from_vec(vec![Statement::Return { value: None }]),
+        reject: Block::new(),
+    };
+    // behind the last barrier it may
+    let mut late = module.clone();
+    late.functions[split]
+        .body
+        .push(leave.clone(), Span::UNDEFINED);
+    assert_eq!(broken_barrier(&late, split, &new_entry), None);
+    prepend(&mut module.functions[split], leave);
+    assert_eq!(broken_barrier(&module, split, &new_entry), Some(10));
+}
+
+#[test]
+fn rule_10_the_new_entry_point_calls_what_has_barriers_under_no_condition() {
+    let (module, split) = split();
+    let mut entry = Function::default();
+    let lane = module.functions[split].arguments[0].ty;
+    let argument = entry
+        .expressions
+        .append(Expression::ZeroValue(lane), Span::UNDEFINED);
+    let call = Statement::Call {
+        function: split,
+        arguments: vec![argument],
+        result: None,
+    };
+    entry.body.push(call.clone(), Span::UNDEFINED);
+    assert_eq!(broken_barrier(&module, split, &entry), None);
+    let condition = literal(&mut entry);
+    entry.body = Block::from_vec(vec![Statement::If {
+        condition,
+        accept: Block::from_vec(vec![call]),
+        reject: Block::new(),
+    }]);
+    assert_eq!(broken_barrier(&module, split, &entry), Some(10));
+}

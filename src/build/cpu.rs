@@ -43,6 +43,8 @@ struct Tile {
     /// Groups of covered pixels, then of sky; each pixel its own in an identity tile.
     covered: Vec<Entry>,
     sky: Vec<Entry>,
+    /// Its pixels at each rate.
+    pixels_at: [u64; RATES],
 }
 
 /// Builds the coordinate buffer of a picture from its rates alone.
@@ -111,7 +113,7 @@ impl TileBuild<'_> {
     /// The tile's groups. Writes the effective rates of its quads.
     fn run(&self, effective: &mut [u8]) -> Tile {
         let [width, height] = self.options.tile;
-        let quads = [width / 2, height / 2];
+        let quads = self.options.quads();
         // for each pixel, the members of the group that it leads, and whether it is sky
         let mut leads = vec![(0, false); self.options.area() as usize];
         let mut split = vec![false; (quads[0] * quads[1]) as usize];
@@ -126,6 +128,9 @@ impl TileBuild<'_> {
             for qx in 0..quads[0] {
                 for i in 0..4 {
                     let [x, y] = [qx * 2 + (i & 1), qy * 2 + (i >> 1)];
+                    if x >= width || y >= height {
+                        continue;
+                    }
                     let (mask, is_sky) = leads[(y * width + x) as usize];
                     let list = if is_sky {
                         &mut tile.sky
@@ -137,12 +142,17 @@ impl TileBuild<'_> {
                     }
                 }
                 if self.room([qx * 2, qy * 2]).iter().all(|room| *room > 0) {
-                    rates.push(self.rate([qx, qy]));
+                    rates.push(self.rate_at([qx * 2, qy * 2]));
                 }
             }
         }
         self.finish(&mut tile, &rates);
         let is_identity = Header(tile.header).is_identity();
+        tile.pixels_at = self.pixels_at(is_identity);
+        if self.options.is_odd() {
+            // its quads are not the picture's
+            return tile;
+        }
         let pitch = SriLayout::new(self.extent[0], self.extent[1]).pitch;
         for qy in 0..quads[1] {
             for qx in 0..quads[0] {
@@ -155,7 +165,8 @@ impl TileBuild<'_> {
                     true => 0,
                     false => {
                         let split = split[(qy * quads[0] + qx) as usize];
-                        self.cut_rate([qx, qy]).code() | if split { effective::SPLIT } else { 0 }
+                        self.cut_rate([qx * 2, qy * 2]).code()
+                            | if split { effective::SPLIT } else { 0 }
                     }
                 };
             }
@@ -163,8 +174,9 @@ impl TileBuild<'_> {
         tile
     }
 
-    fn rate(&self, quad: [u32; 2]) -> Rate {
-        let [x, y] = [0, 1].map(|axis| self.origin[axis] / 2 + quad[axis]);
+    /// The rate at a pixel of the tile.
+    fn rate_at(&self, pixel: [u32; 2]) -> Rate {
+        let [x, y] = [0, 1].map(|axis| (self.origin[axis] + pixel[axis]) / 2);
         self.sri.rate(x, y, self.options.largest)
     }
 
@@ -173,22 +185,43 @@ impl TileBuild<'_> {
         [0, 1].map(|axis| self.extent[axis].saturating_sub(self.origin[axis] + pixel[axis]))
     }
 
-    /// A quad's rate where the extent cuts its block.
-    fn cut_rate(&self, quad: [u32; 2]) -> Rate {
-        let rate = self.rate(quad);
+    /// A pixel's rate where the extent cuts its block.
+    fn cut_rate(&self, pixel: [u32; 2]) -> Rate {
+        let rate = self.rate_at(pixel);
         let size = [rate.width(), rate.height()];
-        let corner = [0, 1].map(|axis| quad[axis] * 2 / size[axis] * size[axis]);
+        let corner = [0, 1].map(|axis| pixel[axis] / size[axis] * size[axis]);
         let room = self.room(corner);
         let cut = [0, 1].map(|axis| size[axis].min(room[axis].next_power_of_two()));
         // there is no 4x1 and no 1x4
         Rate::from_code((cut[0].ilog2() << 2 | cut[1].ilog2()) as u8).unwrap_or(rate)
     }
 
+    /// The tile's pixels at each rate.
+    fn pixels_at(&self, is_identity: bool) -> [u64; RATES] {
+        let room = self.room([0, 0]);
+        let [width, height] = [0, 1].map(|axis| room[axis].min(self.options.tile[axis]));
+        let mut pixels_at = [0; RATES];
+        for y in 0..height {
+            for x in 0..width {
+                let rate = match is_identity {
+                    true => Rate::R1X1,
+                    false => self.cut_rate([x, y]),
+                };
+                pixels_at[rate_index(rate)] += 1;
+            }
+        }
+        pixels_at
+    }
+
     /// Finds the groups of the blocks that start in a quad.
     fn cluster(&self, quad: [u32; 2], leads: &mut [(u32, bool)], split: &mut [bool]) {
-        let rate = self.rate(quad);
+        let [width, height] = self.options.tile;
         for i in 0..4 {
             let [x, y] = [quad[0] * 2 + (i & 1), quad[1] * 2 + (i >> 1)];
+            if x >= width || y >= height {
+                continue;
+            }
+            let rate = self.rate_at([x, y]);
             let is_corner = x.is_multiple_of(rate.width()) && y.is_multiple_of(rate.height());
             if is_corner {
                 self.block(rate, [x, y], leads, split);
@@ -197,23 +230,27 @@ impl TileBuild<'_> {
     }
 
     fn block(&self, rate: Rate, corner: [u32; 2], leads: &mut [(u32, bool)], split: &mut [bool]) {
-        let base = corner.map(|v| v & !3);
-        let pixel = |place: u32| [base[0] + (place & 3), base[1] + (place >> 2)];
+        let first_corner = [0, 1].map(|axis| self.origin[axis] + corner[axis]);
         let absolute = |place: u32| {
-            let at = pixel(place);
-            [0, 1].map(|axis| self.origin[axis] + at[axis])
+            [
+                (first_corner[0] & !3) + (place & 3),
+                (first_corner[1] & !3) + (place >> 2),
+            ]
+        };
+        let pixel = |place: u32| {
+            let at = absolute(place);
+            [0, 1].map(|axis| at[axis] - self.origin[axis])
         };
         let room = self.room(corner);
         let mut left = 0;
         let mut sky = 0;
         for dy in 0..rate.height().min(room[1]) {
             for dx in 0..rate.width().min(room[0]) {
-                let place = ((corner[1] + dy) & 3) * 4 + ((corner[0] + dx) & 3);
+                let place = ((first_corner[1] + dy) & 3) * 4 + ((first_corner[0] + dx) & 3);
                 left |= 1 << place;
                 sky |= u32::from(self.is_sky(absolute(place))) << place;
             }
         }
-        let first_corner = [0, 1].map(|axis| self.origin[axis] + corner[axis]);
         let flip = self.frame.order.flip(rate, first_corner, left & !sky);
         let mut groups = 0;
         while left != 0 {
@@ -228,7 +265,7 @@ impl TileBuild<'_> {
             groups += 1;
         }
         if groups > 1 {
-            let across = self.options.tile[0] / 2;
+            let across = self.options.quads()[0];
             for qy in 0..rate.height().div_ceil(2) {
                 for qx in 0..rate.width().div_ceil(2) {
                     let at = (corner[1] / 2 + qy) * across + corner[0] / 2 + qx;
@@ -276,23 +313,27 @@ impl TileBuild<'_> {
         let first = rates.first().copied().unwrap_or(Rate::R1X1);
         let of_rate = area / (first.width() * first.height());
         let is_uniform = rates.iter().all(|rate| *rate == first);
-        if is_whole && is_alone && is_uniform && total == of_rate {
+        let is_even = !self.options.is_odd();
+        if is_even && is_whole && is_alone && is_uniform && total == of_rate {
             tile.header |= Header::UNIFORM | u32::from(first.code()) << 24;
         }
     }
 
     /// Every pixel of the tile that lies in the extent, as a group of its own, quad by quad.
     fn pixels(&self) -> Vec<Entry> {
+        let [across, down] = self.options.quads();
         let [width, height] = self.options.tile;
         let room = self.room([0, 0]);
-        (0..width * height)
+        (0..4 * across * down)
             .map(|index| {
                 let (quad, i) = (index / 4, index % 4);
-                let across = width / 2;
                 [quad % across * 2 + (i & 1), quad / across * 2 + (i >> 1)]
             })
-            .filter(|at| at[0] < room[0] && at[1] < room[1])
-            .map(|[x, y]| Entry::new(x, y, 1 << ((y & 3) * 4 + (x & 3))))
+            .filter(|at| at[0] < room[0].min(width) && at[1] < room[1].min(height))
+            .map(|[x, y]| {
+                let [in_x, in_y] = [self.origin[0] + x, self.origin[1] + y].map(|side| side & 3);
+                Entry::new(x, y, 1 << (in_y * 4 + in_x))
+            })
             .collect()
     }
 }
@@ -440,14 +481,8 @@ impl Coordinates {
             statistics.uniform_tiles += u64::from(header.is_uniform());
             statistics.mixed_tiles += u64::from(!header.is_identity() && !header.is_uniform());
             statistics.sky_tiles += u64::from(header.is_sky());
-        }
-        let [width, height] = self.extent;
-        let pitch = SriLayout::new(width, height).pitch;
-        for y in 0..height {
-            for x in 0..width {
-                let byte = self.effective[(y / 2 * pitch + x / 2) as usize];
-                let rate = Rate::from_code_or_full(byte & effective::RATE);
-                statistics.pixels_at[rate_index(rate)] += 1;
+            for (sum, pixels) in statistics.pixels_at.iter_mut().zip(tile.pixels_at) {
+                *sum += pixels;
             }
         }
         for sky in self.sky() {

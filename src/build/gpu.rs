@@ -291,6 +291,7 @@ pub(crate) fn defs(options: &BuildOptions) -> Vec<(&'static str, u32)> {
         ("STATISTICS", options.statistics),
         ("COUNTERS", has_counters(options)),
         ("ARGUMENTS", has_lists(options)),
+        ("ODD", options.is_odd()),
         ("WHOLE_WORDS", options.tile[0].is_multiple_of(8)),
         (
             "ONE_PLANE",

@@ -66,7 +66,9 @@ pub const QUAD_LIST_SIDE: u32 = 1 << 14;
 /// How coordinate buffers are built.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BuildOptions {
-    /// Width and height of a tile, in pixels: multiples of 4, at most 256 pixels in all.
+    /// Width and height of a tile, in pixels: at most 256 pixels in all. Where a side is no multiple of 4, as with the workgroups
+    /// of some shaders whose invocations work together, [`BuildOptions::for_tile`] cuts the largest rate down. Effective rates and
+    /// the graded buffer are by the picture's quads, and need sides that are even.
     pub tile: [u32; 2],
     /// How many invocations retire together: 4, 8, 16, 32, 64 or 128.
     pub wave: u32,
@@ -100,6 +102,38 @@ impl Default for BuildOptions {
 }
 
 impl BuildOptions {
+    /// These options for another tile: no group may lie across a tile's edge, so the largest rate is cut down to what
+    /// divides the tile, axis by axis.
+    pub fn for_tile(self, tile: [u32; 2]) -> BuildOptions {
+        let fits = |side: u32, most: u32| match side {
+            side if side.is_multiple_of(4) => most,
+            side if side.is_multiple_of(2) => most.min(2),
+            _ => 1,
+        };
+        let (width, height) = (
+            fits(tile[0], self.largest.width()),
+            fits(tile[1], self.largest.height()),
+        );
+        // there is no 4x1 and no 1x4
+        let cut = |side: u32, other: u32| if other == 1 { side.min(2) } else { side };
+        let code = cut(width, height).ilog2() << 2 | cut(height, width).ilog2();
+        BuildOptions {
+            tile,
+            largest: Rate::from_code(code as u8).unwrap_or(Rate::R1X1),
+            ..self
+        }
+    }
+
+    /// Whether a side of the tile is odd: then its quads are not the picture's.
+    pub fn is_odd(&self) -> bool {
+        self.tile.iter().any(|side| side % 2 != 0)
+    }
+
+    /// Quads across and down a tile; half ones count.
+    pub fn quads(&self) -> [u32; 2] {
+        self.tile.map(|side| side.div_ceil(2))
+    }
+
     /// The pixels of a tile.
     pub fn area(&self) -> u32 {
         self.tile[0] * self.tile[1]

@@ -163,6 +163,7 @@ impl Session<'_> {
             coverage,
             ..BuildOptions::default()
         }
+        .for_tile(self.tile)
     }
 
     /// Runs the rewritten shader, and the build of it that counts; the outputs, and the counts of all outputs.

@@ -238,18 +238,6 @@ impl Original {
         }
     }
 
-    /// The smallest extent that holds every invocation that ever stores.
-    pub fn reach(&self) -> [u32; 2] {
-        let [width, height, _] = self.log.grid();
-        let mut reach = [0; 2];
-        let stores = (0u32..).zip(&self.stores_ever).filter(|(_, ever)| **ever);
-        for (at, _) in stores {
-            let place = [at % width, at / width % height];
-            reach = [0, 1].map(|axis| reach[axis].max(place[axis] + 1));
-        }
-        reach
-    }
-
     fn invocation(&self, [x, y]: [u32; 2], z: u32) -> usize {
         let grid = self.log.grid();
         ((z * grid[1] + y) * grid[0] + x) as usize

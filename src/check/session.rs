@@ -296,13 +296,10 @@ impl Session<'_> {
         };
         let is_covered = is_mixed && rng.u8(0..3) == 0;
         // the first pixel of a block lies in the picture if any other does; another primary may lie beyond it, where a shader
-        // reads nothing, or whose stores it leaves out one by one
+        // without a guard reads nothing
         let whole = match is_graded || order == Order::Fixed && !is_covered {
             true => [grid[0], grid[1]],
-            false => {
-                let reach = set.original.reach();
-                [0, 1].map(|axis| reach[axis].clamp(1, self.job.size[axis]))
-            }
+            false => [0, 1].map(|axis| grid[axis].min(self.job.size[axis])),
         };
         let extent = match is_part {
             true => whole.map(|side| rng.u32(1..=side)),

@@ -12,7 +12,7 @@ use vrcs_passes::{
     options::{Mode, Place},
 };
 
-use crate::{rate::Rate, view::View};
+use crate::{build::BuildOptions, rate::Rate, view::View};
 use reflect::Unbindable;
 
 /// How a [`Pass`] is made.
@@ -85,6 +85,18 @@ pub enum PassError {
     /// wgpu cannot bind one of the shader's resources.
     #[error(transparent)]
     Unbindable(#[from] Unbindable),
+    /// The shader's invocations work together, so its workgroup has to be a tile, and it is larger than a tile can be.
+    #[error(
+        "the workgroup of {size:?} invocations is {area} pixels; tiles have at most {most}: choose smaller values for its overrides"
+    )]
+    GroupTooLarge {
+        /// The workgroup's size.
+        size: [u32; 3],
+        /// Its invocations.
+        area: u32,
+        /// The most that there may be.
+        most: u32,
+    },
     /// The given layouts use the bind group that was chosen for the added bindings, which the shader itself leaves free.
     #[error(
         "bind group {group} is used for the added bindings, but the layouts define it: leave it `None`, or choose numbers in \
@@ -210,6 +222,7 @@ impl Pass {
         };
         let index = entry_index(&rewritten.module, &manifest.name);
         let original_group_size = group_size(module, info, &manifest.name, options.constants)?;
+        check_tile(&manifest, original_group_size)?;
         let added = place_of(&manifest)?;
         let is_given = |group: u32| {
             let layout = options.layouts.get(group as usize);
@@ -288,6 +301,28 @@ impl Pass {
         (self.manifest.mode, self.manifest.mode_reason.as_deref())
     }
 
+    /// What a view's build has to be for this pass, other wishes being as given: its mode, its tile, and a largest rate that both
+    /// the pass copies and the tile has room for.
+    ///
+    /// A view that several passes share needs what each of them does; where their tiles differ, it takes two views.
+    pub fn build_options(&self, wishes: BuildOptions) -> BuildOptions {
+        let copied: Rate = self.manifest.max_rate.into();
+        let mode = self.manifest.mode;
+        let options = BuildOptions {
+            modes: wishes.modes.with(mode),
+            ..wishes
+        };
+        if mode == Mode::Graded {
+            return options;
+        }
+        let largest = match options.largest.is_within(copied) {
+            true => options.largest,
+            false => copied,
+        };
+        BuildOptions { largest, ..options }
+            .for_tile(self.manifest.tile_for(self.original_group_size))
+    }
+
     /// Whether the pass can be dispatched over a view.
     ///
     /// # Errors
@@ -355,6 +390,22 @@ fn entry_index(module: &naga::Module, name: &str) -> usize {
     match found {
         Some(index) => index,
         None => unreachable!("the rewriter keeps the names of entry points"),
+    }
+}
+
+/// Refuses a workgroup that has to be a tile, and is larger than tiles can be.
+fn check_tile(manifest: &manifest::Entry, size: [u32; 3]) -> Result<(), PassError> {
+    const MOST: u32 = 256;
+    let area = size
+        .iter()
+        .fold(1, |area: u32, side| area.saturating_mul(*side));
+    match manifest.group.is_some() && area > MOST {
+        true => Err(PassError::GroupTooLarge {
+            size,
+            area,
+            most: MOST,
+        }),
+        false => Ok(()),
     }
 }
 

@@ -50,6 +50,7 @@ impl Pass {
                 )
             })?;
         }
+        super::check_tile(&entry, original_group_size)?;
         let added = place_of(&entry)?;
         let layouts = match options.layouts {
             [] => {

@@ -378,16 +378,13 @@ pub fn barriers(
     if !are_barriers_under(module, &function.body, true, &is_authors) {
         return broken(name, "a barrier stands under a condition of ours");
     }
-    let mut returns = (0, 0);
-    visit::statements(&before.body, &mut |s| {
-        returns.0 += u32::from(matches!(s, Statement::Return { .. }));
-    });
     // what stands behind the last barrier may return as it likes
-    let last = function.body.iter().rposition(|s| has_barrier(module, s));
-    for statement in function.body.iter().take(last.unwrap_or(0)) {
-        returns.1 += count_returns(statement);
-    }
-    if returns.1 > returns.0 {
+    let early = |body: &Block| -> u32 {
+        let last = body.iter().rposition(|s| has_barrier(module, s));
+        let before_last = body.iter().take(last.unwrap_or(0));
+        before_last.map(count_returns).sum()
+    };
+    if early(&function.body) > early(&before.body) {
         return broken(name, "a return of ours stands before a barrier");
     }
     if !are_barriers_under(module, &entry.body, true, &|_| false) {

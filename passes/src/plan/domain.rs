@@ -5,7 +5,8 @@
 //! every member of a group, and a group whose primary lies outside is re-homed to its first member inside.
 //!
 //! *Does*: takes the conditions on the way to each store, forgets those that are not made of ids and uniforms alone (they
-//! are taken to hold), and joins the stores: what all have in common, and at least one of what is left of each.
+//! are taken to hold; those that loop counters have a part in [come to](super::iterations) at least one iteration in which they
+//! hold), and joins the stores: what all have in common, and at least one of what is left of each.
 //! *Guarantees*: the domain holds every pixel that stores.
 
 use super::Planner;
@@ -30,9 +31,10 @@ impl Planner<'_> {
         for index in self.stores() {
             let guards = self.access(index).guards.clone();
             // uniform conditions count: where one keeps a store from running, the pixels that only it has are outside
-            let known = self.relaxed(&guards, |planner, condition| {
+            let mut known = self.relaxed(&guards, |planner, condition| {
                 planner.is_known(condition) && planner.is_computable_up_front(condition)
             });
+            known.extend(self.over_iterations(&guards));
             of_stores.push(known);
         }
         let Some((first, rest)) = of_stores.split_first() else {
@@ -78,7 +80,7 @@ impl Planner<'_> {
     }
 
     /// Whether a condition depends on nothing but ids and uniforms.
-    fn is_known(&mut self, condition: TermId) -> bool {
+    pub(super) fn is_known(&mut self, condition: TermId) -> bool {
         Depends::IDS.contains(self.on.of(&mut self.found.terms, condition))
     }
 

@@ -8,6 +8,7 @@ mod addresses;
 mod captures;
 mod domain;
 mod hazards;
+mod iterations;
 pub mod regions;
 
 use naga::{Function, GlobalVariable, Handle, Module, Span, valid::ModuleInfo};

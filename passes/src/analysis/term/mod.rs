@@ -259,6 +259,13 @@ pub enum Operands {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct LoopId(pub(in crate::analysis) u32);
 
+impl LoopId {
+    /// Its place among [`Terms::loops`].
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
 /// What is known of a variable that a loop changes.
 #[derive(Clone, Debug)]
 pub struct LoopVariable {
