@@ -300,64 +300,71 @@ impl<'g> Bench<'g> {
             done?;
         }
         let all = clock.finish(self.gpu)?;
-        Ok(self.summarise(all.get(warm as usize..).unwrap_or_default()))
+        let timed = all.get(warm as usize..).unwrap_or_default();
+        Ok(summarise(self.scene, timed))
     }
+}
 
-    fn summarise(&self, frames: &[FrameTimes]) -> Times {
-        let of = |name: &str| -> Vec<f64> {
-            frames
-                .iter()
-                .map(|times| times.get(name).copied().unwrap_or_default())
-                .collect()
-        };
-        let sum = |is_in: &dyn Fn(&str) -> bool| -> Vec<f64> {
-            frames
-                .iter()
-                .map(|times| {
-                    let parts = times.iter().filter(|(name, _)| is_in(name));
-                    parts.map(|(_, ms)| ms).sum()
-                })
-                .collect()
-        };
-        let full = sum(&|name| name.starts_with(FULL));
-        let variable = sum(&|name| !name.starts_with(FULL) && name != CONTROL);
-        let names: BTreeSet<&str> = frames
+/// Medians and 95th percentiles of timed frames. What does not run in every frame counts for the share of frames in which it
+/// runs.
+fn summarise(scene: SceneName, frames: &[FrameTimes]) -> Times {
+    let of = |name: &str| -> Vec<f64> {
+        let known = frames.iter().filter_map(|times| times.get(name));
+        known.copied().collect()
+    };
+    let amortised = |name: &str| {
+        let samples = of(name);
+        quantile(&samples, 0.5) * samples.len() as f64 / frames.len().max(1) as f64
+    };
+    let sum = |is_in: &dyn Fn(&str) -> bool| -> Vec<f64> {
+        frames
             .iter()
-            .flat_map(|times| times.keys().map(String::as_str))
-            .collect();
-        let order = |name: &str| {
-            let known = ["camera motion", "analyse", "granularity", "build"];
-            let shading = self.scene.passes().iter().map(|pass| pass.entry());
-            known.into_iter().chain(shading).position(|k| k == name)
-        };
-        let mut own: Vec<&str> = names
-            .iter()
-            .copied()
-            .filter(|name| !name.starts_with(FULL) && *name != CONTROL)
-            .collect();
-        own.sort_by_key(|name| order(name).unwrap_or(usize::MAX));
-        let passes = own
-            .into_iter()
-            .map(|name| {
-                let original = format!("{FULL}{name}");
-                PassTime {
-                    name: name.to_owned(),
-                    full_ms: names
-                        .contains(original.as_str())
-                        .then(|| quantile(&of(&original), 0.5)),
-                    variable_ms: quantile(&of(name), 0.5),
-                }
+            .map(|times| {
+                let parts = times.iter().filter(|(name, _)| is_in(name));
+                parts.map(|(_, ms)| ms).sum()
             })
-            .collect();
-        Times {
-            full_ms: quantile(&full, 0.5),
-            full_p95_ms: quantile(&full, 0.95),
-            variable_ms: quantile(&variable, 0.5),
-            variable_p95_ms: quantile(&variable, 0.95),
-            control_ms: quantile(&of(CONTROL), 0.5),
-            control_p95_ms: quantile(&of(CONTROL), 0.95),
-            passes,
-        }
+            .collect()
+    };
+    let is_own = |name: &str| !name.starts_with(FULL) && name != CONTROL;
+    let full = sum(&|name| name.starts_with(FULL));
+    let variable = sum(&is_own);
+    let names: BTreeSet<&str> = frames
+        .iter()
+        .flat_map(|times| times.keys().map(String::as_str))
+        .collect();
+    let order = |name: &str| {
+        let known = ["camera motion", "analyse", "granularity", "build"];
+        let shading = scene.passes().iter().map(|pass| pass.entry());
+        known.into_iter().chain(shading).position(|k| k == name)
+    };
+    let mut own: Vec<&str> = names.iter().copied().filter(|name| is_own(name)).collect();
+    own.sort_by_key(|name| order(name).unwrap_or(usize::MAX));
+    let runs_always = own.iter().all(|name| of(name).len() == frames.len());
+    let passes: Vec<PassTime> = own
+        .into_iter()
+        .map(|name| {
+            let original = format!("{FULL}{name}");
+            PassTime {
+                name: name.to_owned(),
+                full_ms: names
+                    .contains(original.as_str())
+                    .then(|| amortised(&original)),
+                variable_ms: amortised(name),
+            }
+        })
+        .collect();
+    Times {
+        full_ms: quantile(&full, 0.5),
+        full_p95_ms: quantile(&full, 0.95),
+        // frames of two kinds have no median that stands for both
+        variable_ms: match runs_always {
+            true => quantile(&variable, 0.5),
+            false => passes.iter().map(|pass| pass.variable_ms).sum(),
+        },
+        variable_p95_ms: quantile(&variable, 0.95),
+        control_ms: amortised(CONTROL),
+        control_p95_ms: quantile(&of(CONTROL), 0.95),
+        passes,
     }
 }
 
@@ -408,4 +415,45 @@ pub fn average_rate(sri: &Sri, largest: Rate) -> f64 {
         .map(|(x, y)| 1.0 / f64::from(sri.rate(x, y, largest).pixels()))
         .sum();
     shaded / (f64::from(layout.width) * f64::from(layout.height))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frame(parts: &[(&str, f64)]) -> FrameTimes {
+        parts
+            .iter()
+            .map(|&(name, ms)| (name.to_owned(), ms))
+            .collect()
+    }
+
+    #[test]
+    fn what_runs_in_every_other_frame_counts_half() {
+        let with = [
+            (CONTROL, 1.0),
+            ("full rate material", 10.0),
+            ("analyse", 4.0),
+            ("material", 5.0),
+        ];
+        let without = [with[0], with[1], with[3]];
+        let frames: Vec<FrameTimes> = (0..10)
+            .map(|i| match i % 2 {
+                0 => frame(&with),
+                _ => frame(&without),
+            })
+            .collect();
+        let found = summarise(SceneName::Ramps, &frames);
+        assert_eq!((found.full_ms, found.control_ms), (10.0, 1.0));
+        assert_eq!((found.variable_ms, found.variable_p95_ms), (7.0, 9.0));
+        assert_eq!((found.machinery_ms(), found.share()), (2.0, 0.7));
+        assert_eq!(found.passes[0].name, "analyse");
+        assert_eq!(found.passes[1].full_ms, Some(10.0));
+        assert_eq!(found.saved_share(), 0.5);
+    }
+
+    #[test]
+    fn of_no_frames_there_is_no_time() {
+        assert_eq!(summarise(SceneName::Ramps, &[]), Times::default());
+    }
 }
