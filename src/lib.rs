@@ -39,6 +39,8 @@ pub mod analyse;
 #[cfg(feature = "cli")]
 mod atomic;
 pub mod attach;
+#[cfg(feature = "cli")]
+pub mod bench;
 pub mod build;
 #[cfg(feature = "cli")]
 pub mod check;

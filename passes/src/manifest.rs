@@ -214,7 +214,7 @@ impl Needs {
             .chain([placement.params.group]);
         let own = bindings::buffers(module, info, index);
         Needs {
-            max_bind_groups: groups.max().map_or(0, |highest| highest + 1),
+            max_bind_groups: groups.max().map_or(0, |highest| highest.saturating_add(1)),
             max_uniform_buffers_per_shader_stage: own.uniform.len() as u32 + 1,
             max_storage_buffers_per_shader_stage: own.storage.len() as u32 + 1,
         }

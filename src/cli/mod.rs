@@ -5,6 +5,7 @@
 
 mod analyse;
 mod batch;
+mod bench;
 mod check;
 mod demo;
 mod explain;
@@ -59,6 +60,8 @@ enum Command {
     Demo(demo::Arguments),
     /// Tell what accuracy costs in time: try settings on scenes, measure error and time, write a report.
     Tradeoff(tradeoff::Arguments),
+    /// Measure the goals of speed on a GPU, each against its floor.
+    Bench(bench::Arguments),
     /// List the codes of refusals and warnings, with what they mean.
     Codes(explain::Codes),
     /// List the adapters that `check` and `demo` can run on.
@@ -131,6 +134,7 @@ pub fn run() -> ExitCode {
         Command::Plan(arguments) => plan::run(&arguments),
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Tradeoff(arguments) => tradeoff::run(&arguments),
+        Command::Bench(arguments) => bench::run(&arguments),
         Command::Adapters => adapters(),
         Command::CheckChild => check::child::run(),
     };

@@ -1,0 +1,72 @@
+//! Rows of a shader with barriers: a loop over batches of lights, split into regions and masked.
+
+use vrcs_passes::{
+    Options,
+    options::{Barriers, FullTiles, Mode},
+};
+
+use super::{
+    Bench, BenchError, Row, parts,
+    stage::{self, Inputs},
+    timer::{Contender, measure},
+};
+use crate::{Rate, check::gpu::Gpu};
+
+const TEXT: &str = include_str!(concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/shaders/bench/batches.wgsl"
+));
+
+/// The time over the author's, at most the share of subgroups that stay and 0.05; beside it the masked form, which retires none.
+pub(super) fn rows(bench: &Bench, gpu: &Gpu) -> Result<Vec<Row>, BenchError> {
+    let [width, height] = bench.size;
+    let inputs = Inputs::new(bench, gpu, bench.lights.next_multiple_of(64));
+    let original = stage::original(gpu, TEXT, "batches");
+    let groups = inputs.groups(gpu, &original.layout);
+    let form = |barriers| -> Result<_, BenchError> {
+        let options = Options {
+            mode: Mode::Tiled,
+            barriers,
+            ..Options::default()
+        };
+        let pass = stage::rewritten(gpu, TEXT, options)?;
+        let groups = inputs.groups(gpu, stage::layout_of(&pass)?);
+        Ok((pass, groups))
+    };
+    let split = form(Barriers::Split)?;
+    let masked = form(Barriers::Mask)?;
+    let mut rows = Vec::new();
+    for share in [0.25, 0.5, 0.75] {
+        let sri = stage::random(bench.size, share);
+        let built = stage::built(gpu, &sri, bench.size, Rate::R2X2, FullTiles::Promote)?;
+        let contenders = [
+            Contender::new("original", |pass, round| {
+                pass.set_pipeline(&original.pipeline);
+                pass.set_bind_group(0, &groups[round % groups.len()], &[]);
+                pass.dispatch_workgroups(width.div_ceil(16), height.div_ceil(16), 1);
+            }),
+            Contender::new("split", |pass, round| {
+                pass.set_bind_group(0, &split.1[round % split.1.len()], &[]);
+                split.0.dispatch(pass, &built.view);
+            }),
+            Contender::new("masked", |pass, round| {
+                pass.set_bind_group(0, &masked.1[round % masked.1.len()], &[]);
+                masked.0.dispatch(pass, &built.view);
+            }),
+        ];
+        let times = measure(gpu, bench.rounds, &contenders)?;
+        let name = format!(
+            "barriers, {:.0} % primary, {:.1} % of the subgroups stay",
+            100.0 * built.primaries,
+            100.0 * built.waves
+        );
+        let value = times[1].median / times[0].median;
+        rows.push(Row::ratio(
+            name,
+            value,
+            built.waves + 0.05,
+            parts(&contenders, &times),
+        ));
+    }
+    Ok(rows)
+}

@@ -1,0 +1,252 @@
+//! What is measured on: rotated inputs, shading rates of a given share, views.
+
+use vrcs_passes::{
+    Options, Source,
+    options::{FullTiles, Mode},
+};
+
+use super::{Bench, BenchError, own};
+use crate::{
+    Pass, PassOptions, Rate, View,
+    build::{BuildOptions, Modes, statistics::Statistics},
+    check::gpu::Gpu,
+    sri::Sri,
+};
+
+/// A shader's inputs and outputs, in as many copies as are rotated.
+pub(super) struct Inputs {
+    pub(super) surfaces: Vec<wgpu::TextureView>,
+    pub(super) pictures: Vec<wgpu::TextureView>,
+    pub(super) frame: wgpu::Buffer,
+    pub(super) lights: wgpu::Buffer,
+}
+
+/// How many copies of something of `bytes` bytes are rotated.
+pub(super) fn copies(bench: &Bench, bytes: u64) -> usize {
+    (bench.rotated.div_ceil(bytes.max(1)) as usize).clamp(2, 32)
+}
+
+/// A texture of noise that is smooth over some pixels, the same for the same seed.
+pub(super) fn noise(
+    gpu: &Gpu,
+    size: [u32; 2],
+    format: wgpu::TextureFormat,
+    seed: u64,
+) -> wgpu::Texture {
+    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("vrcs bench"),
+        size: wgpu::Extent3d {
+            width: size[0],
+            height: size[1],
+            depth_or_array_layers: 1,
+        },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING
+            | wgpu::TextureUsages::STORAGE_BINDING
+            | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    });
+    let mut random = fastrand::Rng::with_seed(seed);
+    // halves between 0 and 1, or any bytes
+    let is_half = matches!(
+        format,
+        wgpu::TextureFormat::Rg16Float | wgpu::TextureFormat::Rgba16Float
+    );
+    let words: Vec<u32> = (0..size[0] * size[1])
+        .map(|_| match is_half {
+            true => random.u32(..) & 0x3bff_3bff,
+            false => random.u32(..),
+        })
+        .collect();
+    gpu.queue.write_texture(
+        texture.as_image_copy(),
+        bytemuck::cast_slice(&words),
+        wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(size[0] * 4),
+            rows_per_image: None,
+        },
+        texture.size(),
+    );
+    texture
+}
+
+/// A whole texture, to be bound.
+pub(super) fn whole(texture: &wgpu::Texture) -> wgpu::TextureView {
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
+}
+
+impl Inputs {
+    pub(super) fn new(bench: &Bench, gpu: &Gpu, lights: u32) -> Inputs {
+        let [width, height] = bench.size;
+        let count = copies(bench, u64::from(width) * u64::from(height) * 4);
+        let texture = |seed| {
+            let made = noise(gpu, bench.size, wgpu::TextureFormat::Rgba8Unorm, seed);
+            whole(&made)
+        };
+        let frame = [width, height, lights, 0];
+        let mut random = fastrand::Rng::with_seed(7);
+        let places: Vec<f32> = (0..lights.max(64) * 4)
+            .map(|_| random.f32() * 4.0)
+            .collect();
+        let storage = wgpu::BufferUsages::STORAGE;
+        Inputs {
+            surfaces: (0..count as u64).map(texture).collect(),
+            pictures: (0..count as u64).map(|seed| texture(1000 + seed)).collect(),
+            frame: gpu.buffer(
+                "frame",
+                bytemuck::cast_slice(&frame),
+                wgpu::BufferUsages::UNIFORM,
+            ),
+            lights: gpu.buffer("lights", bytemuck::cast_slice(&places), storage),
+        }
+    }
+
+    /// The groups of the heavy shaders.
+    pub(super) fn groups(&self, gpu: &Gpu, layout: &wgpu::BindGroupLayout) -> Vec<wgpu::BindGroup> {
+        let both = self.surfaces.iter().zip(&self.pictures);
+        both.map(|(surface, picture)| {
+            let resources = [
+                self.frame.as_entire_binding(),
+                wgpu::BindingResource::TextureView(surface),
+                self.lights.as_entire_binding(),
+                wgpu::BindingResource::TextureView(picture),
+            ];
+            group(gpu, layout, &(0..).zip(resources).collect::<Vec<_>>())
+        })
+        .collect()
+    }
+}
+
+/// A bind group of numbered resources.
+pub(super) fn group(
+    gpu: &Gpu,
+    layout: &wgpu::BindGroupLayout,
+    resources: &[(u32, wgpu::BindingResource)],
+) -> wgpu::BindGroup {
+    let entries: Vec<wgpu::BindGroupEntry> = resources
+        .iter()
+        .map(|(binding, resource)| wgpu::BindGroupEntry {
+            binding: *binding,
+            resource: resource.clone(),
+        })
+        .collect();
+    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("vrcs bench"),
+        layout,
+        entries: &entries,
+    })
+}
+
+/// The author's shader as it is.
+pub(super) struct Original {
+    pub(super) pipeline: wgpu::ComputePipeline,
+    pub(super) layout: wgpu::BindGroupLayout,
+}
+
+/// Compiles a text as the author would.
+pub(super) fn original(gpu: &Gpu, text: &str, entry: &str) -> Original {
+    let module = gpu
+        .device
+        .create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(entry),
+            source: wgpu::ShaderSource::Wgsl(text.into()),
+        });
+    let pipeline = gpu
+        .device
+        .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(entry),
+            layout: None,
+            module: &module,
+            entry_point: Some(entry),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            cache: None,
+        });
+    let layout = pipeline.get_bind_group_layout(0);
+    Original { pipeline, layout }
+}
+
+/// The rewritten shader.
+pub(super) fn rewritten(gpu: &Gpu, text: &str, rewrite: Options) -> Result<Pass, BenchError> {
+    let source = Source::new("bench.wgsl", text);
+    let options = PassOptions {
+        rewrite,
+        ..PassOptions::default()
+    };
+    Pass::new(&gpu.device, &source, &options).map_err(own)
+}
+
+/// The layout of a rewritten shader's own group.
+pub(super) fn layout_of(pass: &Pass) -> Result<&wgpu::BindGroupLayout, BenchError> {
+    pass.bind_group_layout(0)
+        .ok_or_else(|| own("no bind group"))
+}
+
+/// A view built from rates, and its share of primaries and of waves that stay.
+pub(super) struct Built {
+    pub(super) view: View,
+    pub(super) primaries: f64,
+    pub(super) waves: f64,
+}
+
+/// Builds a view.
+pub(super) fn built(
+    gpu: &Gpu,
+    sri: &Sri,
+    size: [u32; 2],
+    largest: Rate,
+    full_tiles: FullTiles,
+) -> Result<Built, BenchError> {
+    let options = BuildOptions {
+        largest,
+        full_tiles,
+        statistics: true,
+        modes: Modes::NONE
+            .with(Mode::Tiled)
+            .with(Mode::List)
+            .with(Mode::Classified),
+        ..BuildOptions::default()
+    };
+    let view = View::new(&gpu.device, &gpu.queue, [size[0], size[1], 1], options).map_err(own)?;
+    view.write_sri(&gpu.queue, sri).map_err(own)?;
+    let mut encoder = gpu.encoder();
+    view.build(&mut encoder);
+    let Some(buffer) = view.statistics() else {
+        return Err(own("statistics are asked for"));
+    };
+    let bytes = gpu.submit_and_read(encoder, &[buffer])?;
+    let statistics = Statistics::read(&bytes[0]);
+    Ok(Built {
+        view,
+        primaries: statistics.primary_share(),
+        waves: 1.0 - statistics.retired_share(),
+    })
+}
+
+/// Rates at random by quad, so that `share` of the pixels are primaries: the worst case for caches and waves.
+pub(super) fn random(size: [u32; 2], share: f64) -> Sri {
+    let mut random = fastrand::Rng::with_seed(11);
+    let coarse = (1.0 - share) / 0.75;
+    Sri::from_fn(size[0], size[1], |_, _| match random.f64() < coarse {
+        true => Rate::R2X2.code(),
+        false => Rate::R1X1.code(),
+    })
+}
+
+/// Rates as pictures have them: wide coarse areas, wide fine ones, mixed along their borders.
+pub(super) fn natural(size: [u32; 2]) -> Sri {
+    Sri::from_fn(size[0], size[1], |x, y| {
+        let (u, v) = (f64::from(x) / 97.0, f64::from(y) / 71.0);
+        let field = (u.sin() * v.cos() + (0.31 * u + 0.7 * v).sin()) / 2.0;
+        let rate = match field {
+            f if f < -0.1 => Rate::R2X2,
+            f if f < 0.0 => Rate::R2X1,
+            f if f < 0.1 => Rate::R1X2,
+            _ => Rate::R1X1,
+        };
+        rate.code()
+    })
+}

@@ -1,0 +1,49 @@
+//! `vrcs bench`: what it measures and how it says so; never how fast anything is.
+
+mod common;
+
+use vrcs::{
+    bench::{Bench, BenchError},
+    check::gpu::Gpu,
+};
+
+fn small(filter: &str) -> Bench {
+    Bench {
+        size: [96, 64],
+        rounds: 3,
+        filter: Some(filter.to_owned()),
+        lights: 4,
+        rotated: 1 << 16,
+    }
+}
+
+#[test]
+fn a_software_driver_meets_no_goal() {
+    let gpu = Gpu::open(None).expect("a driver");
+    for (filter, rows) in [
+        ("heavy, 25", 1),
+        ("stage", 4),
+        ("all machinery", 2),
+        ("barriers", 3),
+    ] {
+        let found = small(filter).run(&gpu, &mut |_| {}).expect("rows");
+        assert_eq!(found.rows.len(), rows, "{filter}: {:?}", found.rows);
+        for row in &found.rows {
+            assert!(row.value.is_finite() && row.value > 0.0, "{row:?}");
+            assert!(
+                row.parts.iter().all(|part| part.milliseconds > 0.0),
+                "{row:?}"
+            );
+            assert_eq!(row.met.is_none(), found.is_software, "{row:?}");
+        }
+    }
+}
+
+#[test]
+fn a_filter_that_fits_nothing_is_told() {
+    let gpu = Gpu::open(None).expect("a driver");
+    let error = small("no such row")
+        .run(&gpu, &mut |_| {})
+        .expect_err("no row");
+    assert!(matches!(error, BenchError::NoRow(_)), "{error}");
+}
