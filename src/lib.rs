@@ -31,6 +31,38 @@
 //! # }
 //! ```
 //!
+//! # Primaries and duplicates
+//!
+//! A rate of 2×2 says that the four pixels of a quad may look alike. One of them is the *primary*: its invocation runs, with the ids
+//! that it would have had, and stores its result for all four. The others are its *duplicates*: their invocations do not run. A
+//! [coordinate buffer](build) packs primaries together, so that the invocations which do not run fill whole waves, and a wave of
+//! nothing retires at once. Where [coverage] says that two pixels of a quad lie on different surfaces, each surface has a
+//! primary of its own.
+//!
+//! The contract: every pixel of the extent and of the shader's own domain gets, at the addresses that it would have written itself,
+//! the values of its primary, and nothing else is written. At 1×1 everywhere that is the original, bit for bit.
+//!
+//! # Modes
+//!
+//! | mode | a group of invocations is | good for |
+//! |---|---|---|
+//! | tiled | a tile of 16×16; reads its count and its part of the payload | shaders with barriers; anything, since it needs no indirect dispatch |
+//! | list | 64 entries of one list of the whole picture | heavy shaders: at most one wave of a picture is partly full |
+//! | classified | a tile of one class: sky, whole, uniform, mixed | pictures that are mostly uniform |
+//! | graded | what the author wrote: nothing is copied | rays: each pixel fires fewer, see [`vrcs_passes::graded`] |
+//!
+//! [`Mode::Auto`](vrcs_passes::options::Mode::Auto), the default of a [`Pass`], chooses and [says why](Pass::mode).
+//!
+//! # Choosing settings
+//!
+//! Start with [`analyse::Settings::default`] and what the renderer has: [`Scene`] declares it, and the [`Plan`] has no part for
+//! what is not declared. Lower the threshold where detail is lost, before anything else; then declare ids or depth as
+//! [coverage](coverage::Coverage), so that silhouettes stay sharp, and [deblock] what is left. Rotate primaries
+//! ([`View::rotate`]) only under temporal anti-aliasing. A pass pays if it takes longer than the analysis and the build, which
+//! passes share.
+//!
+//! # In a renderer
+//!
 //! The library takes the caller's device and records into the caller's encoder or compute pass. It never makes a device,
 //! submits, polls, prints or exits. The feature `cli` (on by default) adds the `vrcs` program and what it is made of:
 //! `check`, which proves a rewrite on a driver, and `demo`.
