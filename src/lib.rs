@@ -64,7 +64,8 @@
 //! # In a renderer
 //!
 //! The library takes the caller's device and records into the caller's encoder or compute pass. It never makes a device,
-//! submits, polls, prints or exits. The feature `cli` (on by default) adds the `vrcs` program and what it is made of:
+//! submits, polls, prints or exits. What it records lies in `tracing` spans, at the level of traces. The feature `cli` (on by
+//! default) adds the `vrcs` program and what it is made of:
 //! `check`, which proves a rewrite on a driver, and `demo`.
 
 pub mod analyse;

@@ -365,6 +365,7 @@ impl View {
     /// # Panics
     /// If coverage is declared, and its textures were not [given](View::cover).
     pub fn build_in(&self, pass: &mut wgpu::ComputePass) {
+        let _span = tracing::trace_span!("vrcs build").entered();
         let Some(bound) = &self.bound else {
             panic!("the view's coverage declares textures: give them with `View::cover` first");
         };

@@ -124,6 +124,7 @@ impl Analyser {
     /// Sets a frame's parameters for what is submitted from now on, and records its analysis into the caller's compute pass. Sets
     /// pipelines and bind group 0.
     pub fn record(&self, queue: &wgpu::Queue, pass: &mut wgpu::ComputePass, frame: &Frame) {
+        let _span = tracing::trace_span!("vrcs analyse").entered();
         self.analysis.set_frame(queue, &self.bound, frame);
         self.analysis.record(pass, &self.bound, frame);
     }

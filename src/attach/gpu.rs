@@ -151,6 +151,7 @@ impl Attacher {
     /// Records the work into a compute pass. Writes each row's tiles, rounded up to whole words; leaves the rest of its
     /// padding alone.
     pub fn record(&self, pass: &mut wgpu::ComputePass, bound: &BoundAttacher, size: [u32; 2]) {
+        let _span = tracing::trace_span!("vrcs attach").entered();
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &bound.group, &[]);
         pass.dispatch_workgroups(size[0].div_ceil(GROUP[0]), size[1].div_ceil(GROUP[1]), 1);

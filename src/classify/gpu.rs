@@ -261,6 +261,7 @@ impl Classifier {
 
     /// Records the classification into a compute pass of the caller's.
     pub fn record_in(&self, pass: &mut wgpu::ComputePass, lists: &Lists) {
+        let _span = tracing::trace_span!("vrcs classify").entered();
         let [x, y] = lists.tiles;
         pass.set_bind_group(0, &lists.group, &[]);
         pass.set_pipeline(&self.reduce);

@@ -341,6 +341,7 @@ impl Deblocker {
 
     /// Records the filter into a compute pass of the caller's. Counters go on from where they are.
     pub fn record_in(&self, pass: &mut wgpu::ComputePass, bound: &Bound) {
+        let _span = tracing::trace_span!("vrcs deblock").entered();
         let [x, y] = [0, 1].map(|axis| bound.extent[axis].div_ceil(GROUP[axis]));
         pass.set_pipeline(&self.filter);
         pass.set_bind_group(0, &bound.group, &[]);

@@ -199,6 +199,7 @@ impl Pass {
         source: &Source,
         options: &PassOptions,
     ) -> Result<Pass, PassError> {
+        let _span = tracing::trace_span!("vrcs pass").entered();
         let refused = |refusal: Refusal| PassError::Refused {
             rendered: refusal.render(source, Color::Never),
             refusal,
@@ -356,6 +357,7 @@ impl Pass {
     /// # Panics
     /// If the pass does not [fit](Pass::check) the view.
     pub fn dispatch(&self, pass: &mut wgpu::ComputePass, view: &View) {
+        let _span = tracing::trace_span!("vrcs dispatch", entry = self.manifest.name).entered();
         let mode = self.manifest.mode;
         if let Err(mismatch) = self.check(view) {
             panic!("{mismatch}");
