@@ -28,7 +28,10 @@ pub fn svg(study: &Study) -> String {
     let columns = study.scenes.len().clamp(1, COLUMNS);
     let rows = study.scenes.len().div_ceil(COLUMNS).max(1);
     // never narrower than the line that says what is plotted
-    let (width, height) = ((WIDTH * columns as f64).max(760.0), HEIGHT * rows as f64 + 26.0);
+    let (width, height) = (
+        (WIDTH * columns as f64).max(760.0),
+        HEIGHT * rows as f64 + 26.0,
+    );
     let mut text = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" role=\"img\" \
          aria-label=\"Time against error\"><style>{STYLE}</style><rect class=\"paper\" width=\"{width}\" height=\"{height}\"/>"
