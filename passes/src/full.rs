@@ -14,7 +14,7 @@
 //! ```
 //!
 //! *Does*: makes of an entry point a function that stores to the `full` targets alone, and leaves the entry point with the other
-//! stores; of each, what no store needs is taken out ([`prune`]). Helpers that store are cloned for each half. The two halves
+//! stores; of each, what no store needs is taken out (`prune`). Helpers that store are cloned for each half. The two halves
 //! run one after the other in an invocation, the first for the invocation's own pixel, the second for the pixel that it
 //! [impersonates](crate::transform::prologue).
 //! *Guarantees*: the `full` half does what the original does to those targets, for every invocation; the entry point keeps its
