@@ -64,17 +64,17 @@ fn the_diagonal_copy_is_missing() {
 
 #[test]
 fn entries_are_read_one_further_on() {
-    caught("plain", "+ lane)];", "+ lane) + 1u];");
+    caught("plain", "+ lane_1)];", "+ lane_1) + 1u];");
 }
 
 #[test]
 fn one_invocation_too_many_in_each_tile() {
-    caught("plain", "(lane >= _e18)", "(lane > _e18)");
+    caught("plain", "(lane_1 >= _e18)", "(lane_1 > _e18)");
 }
 
 #[test]
 fn one_invocation_too_few_in_each_tile() {
-    caught("plain", "(lane >= _e18)", "((lane + 1u) >= _e18)");
+    caught("plain", "(lane_1 >= _e18)", "((lane_1 + 1u) >= _e18)");
 }
 
 #[test]

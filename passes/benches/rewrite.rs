@@ -1,6 +1,6 @@
 //! What a rewrite costs beside what naga does with the same shader: parse, validate, rewrite, audit and write.
 //!
-//! `cargo bench -p vrcs-passes`. The numbers are in `NOTES.md` beside this file.
+//! `cargo bench -p vrcs-passes`.
 
 use std::{hint::black_box, path::Path};
 
