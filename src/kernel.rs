@@ -74,10 +74,7 @@ fn add_module(composer: &mut Composer, module: Source) {
     }
 }
 
-/// Makes a shader module of a kernel.
-///
-/// Its bounds checks are off where `trusted`: the index is proved in the kernel's own text. They can double a small
-/// kernel's time.
+/// Makes a shader module of a kernel, with wgpu's bounds checks on.
 pub(crate) fn shader_module(
     device: &wgpu::Device,
     source: Source,
