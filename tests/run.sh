@@ -39,5 +39,6 @@ VK_DRIVER_FILES="${lavapipe%:}" cargo test --workspace
 
 if [ -e "$swiftshader" ]; then
     echo "== laws, on SwiftShader"
-    VK_DRIVER_FILES="$swiftshader" cargo test --test laws --test builder --test analyse --test rates --test attachment
+    VK_DRIVER_FILES="$swiftshader" cargo test --test laws --test builder --test analyse --test rates --test attachment --test barriers \
+        --test retired
 fi

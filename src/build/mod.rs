@@ -51,6 +51,7 @@ pub mod cpu;
 pub mod gpu;
 pub mod primary;
 pub mod statistics;
+pub mod subgroups;
 
 use vrcs_passes::options::{FullTiles, Mode};
 

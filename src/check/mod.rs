@@ -30,6 +30,7 @@ pub mod nan;
 mod picture;
 pub mod rates;
 pub mod reference;
+pub mod retired;
 pub mod run;
 mod session;
 mod verdict;

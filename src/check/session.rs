@@ -52,6 +52,9 @@ pub enum CheckError {
     /// The picture is too small or too large.
     #[error("a picture of {0}x{1} cannot be checked: each side has to be 1 to 2048")]
     Size(u32, u32),
+    /// The shader, or what is to be known of it, cannot be run on the device.
+    #[error("{0}")]
+    NotRunnable(String),
 }
 
 /// Cases that share one set of inputs.
@@ -97,43 +100,7 @@ pub fn check_rewritten(
             &linear
         }
     };
-    let [width, height] = job.size;
-    if !(1..=2048).contains(&width) || !(1..=2048).contains(&height) {
-        return Err(CheckError::Size(width, height));
-    }
-    let is_entry = |e: &naga::EntryPoint| e.stage == ShaderStage::Compute && e.name == job.entry;
-    let entry = module
-        .entry_points
-        .iter()
-        .position(is_entry)
-        .ok_or_else(|| CheckError::UnknownEntry(job.entry.clone()))?;
-    let mut session = Session {
-        gpu,
-        source,
-        module,
-        info,
-        entry,
-        rewritten,
-        job,
-        constants: super::inputs::constants(module, &job.settings),
-        report: Report {
-            entry: job.entry.clone(),
-            adapter: gpu.info.name.clone(),
-            verdict: Verdict::Passed,
-            why: None,
-            held: BTreeMap::new(),
-            failure: None,
-            notes: Vec::new(),
-            targets: rewritten.manifest.entries[0]
-                .targets
-                .iter()
-                .map(|target| target.name.clone())
-                .collect(),
-        },
-        seen: Seen::default(),
-        group_size: [1; 3],
-        tile: job.options.tile,
-    };
+    let mut session = Session::new(gpu, source, (module, info), rewritten, job)?;
     match session.run(progress) {
         Ok(()) => {}
         Err(Stop::Run(error)) => session.conclude(Verdict::NotRunnable, error.to_string()),
@@ -215,6 +182,71 @@ pub(super) struct Case {
     pub(super) answers: Vec<Given>,
 }
 
+impl<'s> Session<'s> {
+    /// A check of an entry point that has not begun.
+    pub(super) fn new(
+        gpu: &'s Gpu,
+        source: &'s Source,
+        (module, info): (&'s Module, &'s ModuleInfo),
+        rewritten: &'s Rewritten,
+        job: &'s Job,
+    ) -> Result<Session<'s>, CheckError> {
+        let [width, height] = job.size;
+        if !(1..=2048).contains(&width) || !(1..=2048).contains(&height) {
+            return Err(CheckError::Size(width, height));
+        }
+        let is_entry =
+            |e: &naga::EntryPoint| e.stage == ShaderStage::Compute && e.name == job.entry;
+        let entry = module
+            .entry_points
+            .iter()
+            .position(is_entry)
+            .ok_or_else(|| CheckError::UnknownEntry(job.entry.clone()))?;
+        Ok(Session {
+            gpu,
+            source,
+            module,
+            info,
+            entry,
+            rewritten,
+            job,
+            constants: super::inputs::constants(module, &job.settings),
+            report: Report {
+                entry: job.entry.clone(),
+                adapter: gpu.info.name.clone(),
+                verdict: Verdict::Passed,
+                why: None,
+                held: BTreeMap::new(),
+                failure: None,
+                notes: Vec::new(),
+                targets: rewritten.manifest.entries[0]
+                    .targets
+                    .iter()
+                    .map(|target| target.name.clone())
+                    .collect(),
+            },
+            seen: Seen::default(),
+            group_size: [1; 3],
+            tile: job.options.tile,
+        })
+    }
+
+    /// Finds out the group's size, with its overrides resolved, and the tile that goes with it.
+    pub(super) fn find_sizes(&mut self) -> Result<(), Stop> {
+        let keyed: Vec<(&str, f64)> = self
+            .constants
+            .iter()
+            .map(|(name, value)| (name.as_str(), *value))
+            .collect();
+        let group_size =
+            crate::dispatch::group_size(self.module, self.info, &self.job.entry, &keyed)
+                .map_err(|error| Stop::Verdict(Verdict::NotRunnable, error.to_string()))?;
+        self.group_size = group_size;
+        self.tile = self.rewritten.manifest.entries[0].tile_for(group_size);
+        Ok(())
+    }
+}
+
 impl Session<'_> {
     fn conclude(&mut self, verdict: Verdict, why: String) {
         self.report.verdict = verdict;
@@ -226,18 +258,9 @@ impl Session<'_> {
     }
 
     fn run(&mut self, progress: &mut dyn FnMut(u32)) -> Result<(), Stop> {
-        let keyed: Vec<(&str, f64)> = self
-            .constants
-            .iter()
-            .map(|(name, value)| (name.as_str(), *value))
-            .collect();
-        let group_size =
-            crate::dispatch::group_size(self.module, self.info, &self.job.entry, &keyed)
-                .map_err(|error| Stop::Verdict(Verdict::NotRunnable, error.to_string()))?;
-        self.group_size = group_size;
-        self.tile = self.rewritten.manifest.entries[0].tile_for(group_size);
+        self.find_sizes()?;
         let sets = self.job.cases.div_ceil(CASES_PER_SET).max(1);
-        let mut watch = self.watch(group_size)?;
+        let mut watch = self.watch(self.group_size)?;
         let mut builds = None;
         let mut asked = Asked::of(self);
         let mut strict = [0, 0];
@@ -478,7 +501,7 @@ impl Session<'_> {
 }
 
 /// Random surfaces, a third of them sky: patches, so that tiles throughout of one kind occur, and lone pixels.
-fn surfaces([width, height]: [u32; 2], rng: &mut Rng) -> (Coverage, Option<Samples>) {
+pub(super) fn surfaces([width, height]: [u32; 2], rng: &mut Rng) -> (Coverage, Option<Samples>) {
     let coverage = Coverage {
         surfaces: true,
         sky: Some(coverage::Sky::Surface(0)),

@@ -5,10 +5,13 @@
 //! what ran. The original's [log](log_stores) tells every address that an invocation used, in order; the rewritten
 //! shader's [counts](count_stores) tell how often each place was written.
 //!
+//! What the subgroups do is counted by builds of their own: [`subgroups`].
+//!
 //! *Does*: puts a call in front of every store to a buffer or texture. The stores themselves stay.
 //! *Guarantees*: an address outside its resource is told apart, never clamped into it.
 
 mod address;
+pub mod subgroups;
 
 use std::collections::BTreeSet;
 
