@@ -59,7 +59,10 @@ impl Counted {
     pub fn turns(&self, work: &Work) -> Option<u64> {
         match self.predicted.started {
             0 => (work.came == 0).then_some(0),
-            started => (work.came % started == 0).then_some(work.came / started),
+            started => work
+                .came
+                .is_multiple_of(started)
+                .then(|| work.came / started),
         }
     }
 
