@@ -28,6 +28,7 @@ fn job(seed: u64, barriers: Barriers, wave: u32) -> Job {
     job.seed = seed;
     job.size = [64, 48];
     job.cases = 13;
+    job.options.barriers = barriers;
     job.options.wave = wave;
     job
 }
