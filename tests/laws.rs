@@ -164,3 +164,27 @@ fn sky_is_a_choice_of_the_pass() {
         common::assert_passed(&common::run(&common::shader("guarded"), &job));
     }
 }
+
+/// A store outside its buffer may be dropped, or land in the last element, as the driver likes: what is there then is chance,
+/// and the check holds every other place.
+#[test]
+fn stores_outside_a_buffer_are_nobodys() {
+    let text = "
+@group(0) @binding(0) var<storage, read_write> out: array<u32, 1500>;
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    out[id.y * 64u + id.x] = id.x * 7919u + id.y * 31u + 5u;
+}
+";
+    let source = vrcs_passes::Source::new("unguarded.wgsl", text);
+    for size in [[61, 47], [1, 1]] {
+        let mut job = Job::new("main");
+        job.seed = common::seed();
+        job.size = size;
+        let report = common::run(&source, &job);
+        common::assert_passed(&report);
+        let is_told = report.notes.iter().any(|note| note.contains("outside"));
+        assert_eq!(is_told, size != [1, 1], "{:?}", report.notes);
+    }
+}

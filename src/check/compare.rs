@@ -1,6 +1,6 @@
 //! Holds what a rewritten shader wrote against what it should have written.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use naga::AtomicFunction;
 use vrcs_passes::{
@@ -88,6 +88,8 @@ pub struct Original {
     pub outputs: Outputs,
     /// What was there before.
     pub initial: Outputs,
+    /// For each output, the units whose value is chance: a store outside of the resource may have gone there.
+    pub chance: Vec<HashSet<u32>>,
     /// Bytes of a texel of each output; `None` for a buffer.
     pub texel_bytes: Vec<Option<usize>>,
     /// What is to become of the stores to each output.
@@ -410,6 +412,9 @@ impl Original {
             let (before, after) = (&self.initial[output], &got[output]);
             for (number, (initial, got)) in before.chunks(unit).zip(after.chunks(unit)).enumerate()
             {
+                if self.chance[output].contains(&(number as u32)) {
+                    continue;
+                }
                 let due = expected.due.get(&(number as u32));
                 let at = (number * unit) & !3;
                 if let Some(tally) = expected.tallies.get(&at) {
@@ -498,6 +503,9 @@ impl Original {
         for (output, expected) in expected.iter().enumerate() {
             let unit = self.unit(output);
             for (&number, due) in &expected.due {
+                if self.chance[output].contains(&number) {
+                    continue;
+                }
                 let at = number as usize * unit;
                 // a place beyond the resource cannot be looked at
                 let (Some(a), Some(b)) = (

@@ -8,8 +8,9 @@
 //!
 //! Nothing here comes from the rewriter: not its slices, not its tangents, not its idea of the domain.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
+use naga::{GlobalVariable, Handle};
 use vrcs_passes::instrument::{LogSize, OUTSIDE, Site};
 
 /// A store in a log.
@@ -21,7 +22,7 @@ pub struct Stored {
     pub occurrence: u32,
     /// The place, or [`OUTSIDE`].
     pub place: u32,
-    /// The value of an atomic.
+    /// The value of an atomic; of another store to a buffer, its place with each index confined to its array.
     pub value: u32,
 }
 
@@ -90,6 +91,22 @@ impl Log {
             .flatten()
             .filter(|stored| stored.place == OUTSIDE)
             .count()
+    }
+
+    /// The units of a resource that stores outside of it may hit: WGSL lets a driver drop such a store, or confine its
+    /// index to the array, which is some other invocation's place. What is there is chance.
+    pub fn chance(&self, sites: &[Site], global: Handle<GlobalVariable>) -> HashSet<u32> {
+        let outside = |stored: &&Stored| {
+            let site = &sites[stored.site as usize];
+            // a texel is dropped, and so is what lies outside a buffer's atomics for all that a log tells
+            stored.place == OUTSIDE && site.global == global && site.size > 1 && site.atomic.is_none()
+        };
+        self.stores
+            .iter()
+            .flatten()
+            .filter(outside)
+            .flat_map(|stored| units(&sites[stored.site as usize], stored.value))
+            .collect()
     }
 
     /// The first place that two invocations store to, if there is one.

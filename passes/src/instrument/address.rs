@@ -212,16 +212,18 @@ fn occupy(module: &Module, ty: Handle<Type>, bytes: &mut [bool]) {
 }
 
 impl Destination {
-    /// Writes code for the place of a store: a texel's number or a byte offset, [`OUTSIDE`] if it lies outside.
+    /// Writes code for the place of a store: a texel's number or a byte offset, [`OUTSIDE`] if it lies outside; and where in a
+    /// buffer it goes if each index is confined to its array, as drivers may do.
     pub(super) fn write(
         &self,
         code: &mut Code,
         info: &FunctionInfo,
         statement: &Statement,
         shape: Shape,
-    ) -> Handle<Expression> {
+    ) -> [Handle<Expression>; 2] {
         let mut place = Place {
             at: code.u32(0),
+            confined: code.u32(0),
             inside: code.bool(true),
         };
         match (statement, shape) {
@@ -259,11 +261,12 @@ impl Destination {
             _ => unreachable!("a texture has a texture's shape"),
         }
         let reject = code.u32(OUTSIDE);
-        code.add(Expression::Select {
+        let at = code.add(Expression::Select {
             condition: place.inside,
             accept: place.at,
             reject,
-        })
+        });
+        [at, place.confined]
     }
 
     fn write_offset(&self, code: &mut Code, bytes: u32, place: &mut Place) {
@@ -274,6 +277,7 @@ impl Destination {
                     before += offset;
                     let offset = code.u32(offset);
                     place.at = code.binary(BinaryOperator::Add, place.at, offset);
+                    place.confined = code.binary(BinaryOperator::Add, place.confined, offset);
                 }
                 ByteStep::Computed {
                     index,
@@ -295,6 +299,7 @@ impl Destination {
 
 struct Place {
     at: Handle<Expression>,
+    confined: Handle<Expression>,
     inside: Handle<Expression>,
 }
 
@@ -307,11 +312,19 @@ impl Place {
             Expression::Literal(_) => index,
             _ => code.convert(index, Scalar::U32),
         };
+        let last = code.u32(count.saturating_sub(1));
         let count = code.u32(count);
         let exists = code.binary(BinaryOperator::Less, index, count);
         self.inside = code.binary(BinaryOperator::LogicalAnd, self.inside, exists);
         let stride = code.u32(stride);
         let distance = code.binary(BinaryOperator::Multiply, index, stride);
         self.at = code.binary(BinaryOperator::Add, self.at, distance);
+        let nearest = code.add(Expression::Select {
+            condition: exists,
+            accept: index,
+            reject: last,
+        });
+        let distance = code.binary(BinaryOperator::Multiply, nearest, stride);
+        self.confined = code.binary(BinaryOperator::Add, self.confined, distance);
     }
 }

@@ -91,7 +91,7 @@ pub struct LogSize {
 
 impl LogSize {
     /// The words of the log: for each invocation, x fastest, the number of its stores, then for each of `slots` stores
-    /// the site, the place, and the value of an atomic.
+    /// the site, the place, and the value of an atomic, or the place in a buffer with each index confined to its array.
     pub fn words(&self) -> u64 {
         let invocations: u64 = self.grid.iter().map(|&n| u64::from(n)).product();
         invocations * u64::from(self.words_each())
@@ -293,7 +293,7 @@ impl Context<'_> {
                     span: crate::analysis::statement_span(function, &statement, span),
                 });
                 let mut code = Code::new(&mut module.types, function, span);
-                let place = destination.write(&mut code, info, &statement, shape);
+                let [place, confined] = destination.write(&mut code, info, &statement, shape);
                 let base = (self.base)(destination.global);
                 let mut arguments = [number, base, destination.size]
                     .map(|n| code.u32(n))
@@ -305,7 +305,7 @@ impl Context<'_> {
                         kind: naga::ScalarKind::Uint,
                         convert: None,
                     }),
-                    None => code.u32(0),
+                    None => confined,
                 });
                 code.call(self.hook, arguments, false);
                 block.append(&mut code.finish());
