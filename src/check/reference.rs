@@ -99,7 +99,10 @@ impl Log {
         let outside = |stored: &&Stored| {
             let site = &sites[stored.site as usize];
             // a texel is dropped, and so is what lies outside a buffer's atomics for all that a log tells
-            stored.place == OUTSIDE && site.global == global && site.size > 1 && site.atomic.is_none()
+            stored.place == OUTSIDE
+                && site.global == global
+                && site.size > 1
+                && site.atomic.is_none()
         };
         self.stores
             .iter()
