@@ -116,8 +116,11 @@ impl Tally {
 /// What an invocation is to write at a place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Write {
-    /// Where the value comes from, in the original's output, in bytes; `None` if the primary has overwritten it there.
+    /// Where the value comes from, in the original's output, in bytes; `None` if it cannot be seen there, because the primary
+    /// has written over it, stored it outside the resource, or stored it where what is found is chance.
     from: Option<usize>,
+    /// Whether the value itself may be chance: the primary's own place may have been written by others.
+    is_chance: bool,
     /// The pixel that is written, and the pixel that is shaded for it.
     pixel: [u32; 3],
     primary: [u32; 3],
@@ -188,6 +191,8 @@ pub struct Expected {
     tallies: HashMap<usize, Tally>,
     /// Values that may appear at places that are not known.
     anywhere: Vec<usize>,
+    /// Units that are written at places that are not known, with values that cannot be seen in the original's output.
+    unseen: u32,
     /// Units that are written at places that are not known, those that are written over included.
     unknown: u32,
 }
@@ -352,10 +357,12 @@ impl Original {
                     let source = if is_outside { place } else { stored.place };
                     let pairs = units(site, place).zip(units(site, source));
                     for ((unit, from), is_padding) in pairs.zip(&site.padding) {
+                        let is_chance = self.chance[output].contains(&from);
                         let from = from as usize * self.unit(output);
                         let grid = self.log.grid();
                         let write = Write {
                             from: None,
+                            is_chance: false,
                             pixel: position(pixel, grid),
                             primary: position(primary, grid),
                             times: 0,
@@ -367,8 +374,10 @@ impl Original {
                         });
                         let write = due.of(write);
                         write.times += 1;
+                        write.is_chance |= is_chance;
                         // what lies between the members of a struct is nobody's
-                        write.from = (is_last && !is_padding).then_some(from);
+                        let is_seen = is_last && !is_padding && !is_chance;
+                        write.from = is_seen.then_some(from);
                     }
                 }
                 None => {
@@ -377,9 +386,14 @@ impl Original {
                         false => units(site, stored.place),
                     };
                     expected[output].unknown += from.len() as u32;
-                    if is_last {
-                        let from = from.map(|from| from as usize * self.unit(output));
-                        expected[output].anywhere.extend(from);
+                    for from in from {
+                        if is_outside || self.chance[output].contains(&from) {
+                            expected[output].unseen += 1;
+                        } else if is_last {
+                            expected[output]
+                                .anywhere
+                                .push(from as usize * self.unit(output));
+                        }
                     }
                 }
             }
@@ -409,6 +423,7 @@ impl Original {
                 .iter()
                 .filter_map(|&from| self.outputs[output].get(from..from + unit))
                 .collect();
+            let mut unseen = expected.unseen;
             let (before, after) = (&self.initial[output], &got[output]);
             for (number, (initial, got)) in before.chunks(unit).zip(after.chunks(unit)).enumerate()
             {
@@ -447,6 +462,10 @@ impl Original {
                 // a store whose place is not known may also go where another is due
                 if let Some(found) = anywhere.iter().position(|value| *value == got) {
                     anywhere.swap_remove(found);
+                    continue;
+                }
+                if unseen > 0 {
+                    unseen -= 1;
                     continue;
                 }
                 return Some(Difference {
@@ -514,16 +533,18 @@ impl Original {
                 ) else {
                     continue;
                 };
-                // a place that several pixels may write is not compared; nor is one of a pixel that was never seen to store, which
-                // may lie outside the domain, where its place is another's
+                // a place that several pixels may write is not compared, nor a value that is chance; nor is one of a pixel that
+                // was never seen to store, which may lie outside the domain, where its place is another's
                 let Write {
                     pixel,
                     primary,
                     optional,
+                    is_chance,
                     ..
                 } = due.first;
                 let [x, y, z] = pixel;
-                let is_known = !optional || self.stores_ever[self.invocation([x, y], z)];
+                let is_known =
+                    !is_chance && (!optional || self.stores_ever[self.invocation([x, y], z)]);
                 if a != b && due.others.is_empty() && is_known && of(pixel, primary) {
                     return Some(Difference {
                         output,
@@ -566,7 +587,7 @@ impl Original {
     pub fn strictness(&self, expected: &[Expected]) -> (usize, usize) {
         let all = expected
             .iter()
-            .map(|e| e.due.len() + e.anywhere.len())
+            .map(|e| e.due.len() + e.anywhere.len() + e.unseen as usize)
             .sum();
         let strict = expected
             .iter()

@@ -28,6 +28,9 @@ pub struct Settings {
     pub files: BTreeMap<String, PathBuf>,
 }
 
+/// Texels of a 1-D texture at most: WebGPU's default limit.
+const MOST_IN_A_LINE: u32 = 2048;
+
 /// Why the resources could not be made up.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
@@ -559,7 +562,9 @@ impl<'m> Maker<'m> {
         let mut dimension = wgpu::TextureDimension::D2;
         match view_dimension {
             wgpu::TextureViewDimension::D1 => {
+                // a line that holds a picture row by row, with any usual stride, as far as devices go
                 dimension = wgpu::TextureDimension::D1;
+                size.width = (width * height * 4).min(MOST_IN_A_LINE);
                 size.height = 1;
             }
             wgpu::TextureViewDimension::D2 => {}

@@ -284,9 +284,13 @@ impl PlacePattern {
 
     fn at(&self, at: [u32; 3]) -> Option<u32> {
         match self {
-            PlacePattern::Offset(pattern) => Some(pattern.at(at)),
+            PlacePattern::Offset(pattern) => pattern.at(at),
             PlacePattern::Texel(patterns, size) => {
-                let [x, y, z] = [0, 1, 2].map(|axis| patterns[axis].at(at));
+                let [x, y, z] = [
+                    patterns[0].at(at)?,
+                    patterns[1].at(at)?,
+                    patterns[2].at(at)?,
+                ];
                 let inside = x < size[0] && y < size[1] && z < size[2];
                 Some(match inside {
                     true => (z * size[1] + y) * size[0] + x,
@@ -300,47 +304,55 @@ impl PlacePattern {
 /// Bits of a coordinate that a pattern tells apart.
 const BITS: usize = 12;
 
-/// value = base + the slopes of all bits that are set in x, y and z, wrapping.
+/// The slope of each bit of x, y and z, where it is known.
+type Slopes = [[Option<u32>; BITS]; 3];
+
+/// value = that of an invocation that was seen, and the slopes of all bits of x, y and z that differ from it, wrapping.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Pattern {
-    base: u32,
-    slopes: [[u32; BITS]; 3],
+    anchor: [u32; 3],
+    value: u32,
+    slopes: Slopes,
 }
 
 impl Pattern {
-    fn at(&self, position: [u32; 3]) -> u32 {
-        (0..3).fold(self.base, |value, axis| {
-            (0..BITS)
-                .filter(|bit| position[axis] >> bit & 1 == 1)
-                .fold(value, |value, bit| {
-                    value.wrapping_add(self.slopes[axis][bit])
-                })
-        })
+    /// The value at a position; `None` if that takes a slope that nothing seen tells.
+    fn at(&self, position: [u32; 3]) -> Option<u32> {
+        let mut value = self.value;
+        for axis in 0..3 {
+            let [here, there] = [self.anchor[axis], position[axis]];
+            for bit in (0..BITS).filter(|bit| (here ^ there) >> bit & 1 == 1) {
+                let slope = self.slopes[axis][bit]?;
+                value = match there >> bit & 1 {
+                    1 => value.wrapping_add(slope),
+                    _ => value.wrapping_sub(slope),
+                };
+            }
+        }
+        Some(value)
     }
 
-    /// The pattern that all known values lie in; `None` if they do not, or are too few to tell.
+    /// The pattern that all known values lie in; `None` if they do not.
     fn fit(seen: &[Option<u32>], grid: [u32; 3]) -> Option<Pattern> {
         let known = |position: [u32; 3]| {
             let index = (position[2] * grid[1] + position[1]) * grid[0] + position[0];
             seen.get(index as usize).copied().flatten()
         };
-        let linear = || Pattern::linear(seen, grid, &known);
-        let by_bits = || Pattern::by_bits(seen, grid, &known);
-        linear()
-            .and_then(|slopes| Pattern::with(slopes, seen, grid))
-            .or_else(|| Pattern::with(by_bits()?, seen, grid))
+        let with = |slopes| Pattern::with(slopes, seen, grid);
+        with(Pattern::linear(seen, grid, &known))
+            .or_else(|| with(Pattern::by_bits(seen, grid, &known)))
     }
 
     /// The pattern with certain slopes, if all known values lie in it.
-    fn with(slopes: [[u32; BITS]; 3], seen: &[Option<u32>], grid: [u32; 3]) -> Option<Pattern> {
+    fn with(slopes: Slopes, seen: &[Option<u32>], grid: [u32; 3]) -> Option<Pattern> {
         let first = seen.iter().position(Option::is_some)?;
-        let origin = Pattern { base: 0, slopes }.at(position(first, grid));
         let pattern = Pattern {
-            base: seen[first]?.wrapping_sub(origin),
+            anchor: position(first, grid),
+            value: seen[first]?,
             slopes,
         };
         let fits = seen.iter().enumerate().all(|(index, value)| {
-            value.is_none_or(|value| value == pattern.at(position(index, grid)))
+            value.is_none_or(|value| pattern.at(position(index, grid)) == Some(value))
         });
         fits.then_some(pattern)
     }
@@ -350,9 +362,8 @@ impl Pattern {
         seen: &[Option<u32>],
         grid: [u32; 3],
         known: &dyn Fn([u32; 3]) -> Option<u32>,
-    ) -> Option<[[u32; BITS]; 3]> {
-        let mut slopes = [[0; BITS]; 3];
-        for axis in (0..3).filter(|&axis| grid[axis] > 1) {
+    ) -> Slopes {
+        [0, 1, 2].map(|axis| {
             let slope = (0..seen.len()).find_map(|index| {
                 let here = position(index, grid);
                 let mut next = here;
@@ -360,10 +371,9 @@ impl Pattern {
                 (next[axis] < grid[axis])
                     .then(|| Some(known(next)?.wrapping_sub(known(here)?)))
                     .flatten()
-            })?;
-            slopes[axis] = std::array::from_fn(|bit| slope << bit);
-        }
-        Some(slopes)
+            });
+            std::array::from_fn(|bit| Some(slope? << bit))
+        })
     }
 
     /// The slopes of each bit, from one pair of places that differ in nothing else.
@@ -371,21 +381,19 @@ impl Pattern {
         seen: &[Option<u32>],
         grid: [u32; 3],
         known: &dyn Fn([u32; 3]) -> Option<u32>,
-    ) -> Option<[[u32; BITS]; 3]> {
-        let mut slopes = [[0; BITS]; 3];
-        for axis in 0..3 {
-            for bit in (0..BITS).take_while(|bit| (grid[axis] - 1) >> bit != 0) {
-                slopes[axis][bit] = (0..seen.len()).find_map(|index| {
+    ) -> Slopes {
+        [0, 1, 2].map(|axis| {
+            std::array::from_fn(|bit| {
+                (0..seen.len()).find_map(|index| {
                     let here = position(index, grid);
                     let mut next = here;
                     next[axis] |= 1 << bit;
                     (next != here && next[axis] < grid[axis])
                         .then(|| Some(known(next)?.wrapping_sub(known(here)?)))
                         .flatten()
-                })?;
-            }
-        }
-        Some(slopes)
+                })
+            })
+        })
     }
 }
 
@@ -403,7 +411,18 @@ mod tests {
             })
             .collect();
         let pattern = Pattern::fit(&seen, grid).expect("a pattern");
-        assert_eq!(pattern.at([3, 2, 0]), 7 + 6 + 200);
+        assert_eq!(pattern.at([3, 2, 0]), Some(7 + 6 + 200));
+    }
+
+    #[test]
+    fn a_pattern_says_nothing_of_an_axis_that_was_not_seen() {
+        let grid = [8, 3, 1];
+        let mut seen = vec![None; 24];
+        seen[8] = Some(20);
+        seen[9] = Some(23);
+        let pattern = Pattern::fit(&seen, grid).expect("a pattern");
+        assert_eq!(pattern.at([6, 1, 0]), Some(38));
+        assert_eq!(pattern.at([0, 0, 0]), None);
     }
 
     #[test]
@@ -417,8 +436,8 @@ mod tests {
             })
             .collect();
         let pattern = Pattern::fit(&seen, grid).expect("a pattern");
-        assert_eq!(pattern.at([2, 0, 0]), place(2, 0));
-        assert_eq!(pattern.at([9, 5, 0]), place(9, 5));
+        assert_eq!(pattern.at([2, 0, 0]), Some(place(2, 0)));
+        assert_eq!(pattern.at([9, 5, 0]), Some(place(9, 5)));
     }
 
     #[test]

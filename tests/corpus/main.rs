@@ -3,7 +3,8 @@
 //!
 //! `TABLE.md` beside this file is what came of it; `BLESS=1` writes it anew. The text of the shaders is fetched, and never part of
 //! this repository; where it cannot be, the tests are passed over. `VRCS_CORPUS=100` checks so many rewritten entry points on the
-//! driver, picked by the seed (all of them if there are no more); a few otherwise.
+//! driver, picked by the seed (all of them if there are no more); a few otherwise. `VRCS_CORPUS_ONLY=sky_view` picks from those whose
+//! crate, file or entry point is named so.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -107,6 +108,9 @@ fn what_is_rewritten_keeps_the_laws() {
         .filter(|(row, _)| row.chosen == Became::Rewritten)
         .filter_map(|(row, shader)| Some((row, shader?)))
         .collect();
+    if let Ok(only) = std::env::var("VRCS_CORPUS_ONLY") {
+        rewritten.retain(|(row, _)| row.name().contains(&only));
+    }
     fastrand::Rng::with_seed(seed).shuffle(&mut rewritten);
     let mut failed = Vec::new();
     for (row, shader) in rewritten.iter().take(count) {
@@ -125,20 +129,20 @@ fn what_is_rewritten_keeps_the_laws() {
             ..
         } = shader;
         // before, too: a driver may take the process with it
-        println!("{} {} {} ..", row.package, row.file, row.entry);
+        println!("{} ..", row.name());
         let outcome = match check(&gpu, source, module, info, &job, &mut |_| {}) {
             Ok(report) if report.verdict == Verdict::Failed => {
                 let failure = vrcs::check::Failure {
                     picture: Vec::new(),
                     ..report.failure.expect("a failure")
                 };
-                failed.push(format!("{} {} {}", row.package, row.file, row.entry));
+                failed.push(row.name());
                 format!("FAILED: {failure:?}")
             }
             Ok(report) => format!("{:?}: {}", report.verdict, report.why.unwrap_or_default()),
             Err(error) => format!("not checked: {error}"),
         };
-        println!("{} {} {}: {outcome}", row.package, row.file, row.entry);
+        println!("{}: {outcome}", row.name());
     }
     assert!(failed.is_empty(), "{failed:#?}");
 }

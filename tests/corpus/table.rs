@@ -61,6 +61,11 @@ impl Row {
             choice,
         }
     }
+
+    /// Its crate, file and entry point.
+    pub fn name(&self) -> String {
+        format!("{} {} {}", self.package, self.file, self.entry)
+    }
 }
 
 /// The first line of a message.

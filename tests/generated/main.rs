@@ -1,12 +1,14 @@
 //! The laws of the contract, for shaders that nobody wrote: a [grammar](grammar) makes them from seeds, over the shapes that
 //! people write, and each is rewritten and checked on a driver.
 //!
-//! A shader that fails is [shrunk](shrink) and printed with its seed. `VRCS_GENERATED=10000` makes a long run of it, `VRCS_SEED`
-//! starts at a certain seed, and `VRCS_THREADS` says how many are checked at a time.
+//! A shader that fails is [shrunk](shrink) and printed with its number. `VRCS_GENERATED=10000` makes a long run of it,
+//! `VRCS_SEED` starts elsewhere, `VRCS_THREADS` says how many are checked at a time, and `VRCS_SHADER` with the number of
+//! a shader checks that one alone, and prints it. `README.md` tells of the long runs.
 
 #[path = "../common/mod.rs"]
 mod common;
 mod control;
+mod found;
 mod grammar;
 mod ids;
 mod judge;
@@ -59,9 +61,18 @@ const GATE_SEED: u64 = 324_696_106;
 
 #[test]
 fn the_laws_hold_for_shaders_that_nobody_wrote() {
-    let first = seed() * 1_000_003;
     let slow = common::gpu().info.name.contains("SwiftShader");
-    let count = from_env("VRCS_GENERATED").unwrap_or(if slow { 24 } else { 80 });
+    let alone = from_env("VRCS_SHADER");
+    let (first, count) = match alone {
+        Some(number) => (number, 1),
+        None => {
+            let usual = if slow { 24 } else { 80 };
+            (
+                seed() * 1_000_003,
+                from_env("VRCS_GENERATED").unwrap_or(usual),
+            )
+        }
+    };
     let threads = from_env("VRCS_THREADS").unwrap_or(2);
     let next = AtomicU64::new(0);
     let tally = Mutex::new(Tally::default());
@@ -76,6 +87,9 @@ fn the_laws_hold_for_shaders_that_nobody_wrote() {
                     }
                     let seed = first + number;
                     let shader = grammar::shader(seed);
+                    if alone.is_some() {
+                        println!("{}", shader.text);
+                    }
                     let outcome = judge(&gpu, &shader, seed);
                     let mut tally = tally.lock().expect("a tally");
                     if number % 500 == 499 {
@@ -109,6 +123,9 @@ fn the_laws_hold_for_shaders_that_nobody_wrote() {
         println!("{times:6}  {shape}");
     }
     assert!(tally.failures.is_empty(), "{:#?}", tally.failures);
+    if alone.is_some() {
+        return;
+    }
     let of = |start: &str| -> u64 {
         let matching = tally.outcomes.iter().filter(|(o, _)| o.starts_with(start));
         matching.map(|(_, times)| u64::from(*times)).sum()
