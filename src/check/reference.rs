@@ -247,7 +247,7 @@ pub fn position(invocation: usize, grid: [u32; 3]) -> [u32; 3] {
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum PlacePattern {
     Texel(Box<[Pattern; 3]>, [u32; 3]),
-    Offset(Pattern),
+    Offset(Box<Pattern>),
 }
 
 impl PlacePattern {
@@ -260,7 +260,7 @@ impl PlacePattern {
         match texture {
             None => {
                 let seen: Vec<_> = seen.iter().map(|place| place.filter(inside)).collect();
-                Some(PlacePattern::Offset(Pattern::fit(&seen, grid)?))
+                Some(PlacePattern::Offset(Box::new(Pattern::fit(&seen, grid)?)))
             }
             Some(size) => {
                 let axis = |axis: usize| {
@@ -319,8 +319,8 @@ impl Pattern {
     /// The value at a position; `None` if that takes a slope that nothing seen tells.
     fn at(&self, position: [u32; 3]) -> Option<u32> {
         let mut value = self.value;
-        for axis in 0..3 {
-            let [here, there] = [self.anchor[axis], position[axis]];
+        for (axis, there) in position.into_iter().enumerate() {
+            let here = self.anchor[axis];
             for bit in (0..BITS).filter(|bit| (here ^ there) >> bit & 1 == 1) {
                 let slope = self.slopes[axis][bit]?;
                 value = match there >> bit & 1 {
