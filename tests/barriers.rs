@@ -21,7 +21,7 @@ fn shader(name: &str) -> Source {
 /// How many shading-rate images are tried; `VRCS_CASES` asks for more.
 fn cases() -> u32 {
     let cases = std::env::var("VRCS_CASES").ok();
-    cases.map_or(24, |cases| cases.parse().expect("VRCS_CASES is a number"))
+    cases.map_or(16, |cases| cases.parse().expect("VRCS_CASES is a number"))
 }
 
 fn hold(name: &str) -> Report {
@@ -49,15 +49,23 @@ laws! {
     blur_separable
     column_sum
     handed_on
+    helper_barriers
     light_batches
+    light_list
+    nested_loops
     occlusion
+    other_barriers
     override_size
     own_stack
+    prefix_sum
+    private_taps
     sides_12_2
     sides_15_9
     sides_5_4
     sides_6_10
     tiled_deferred
+    uniform_load
+    whole_group_leaves
     wide_blur
 }
 

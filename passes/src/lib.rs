@@ -55,6 +55,7 @@ pub mod explain;
 pub mod finding;
 pub mod full;
 pub mod graded;
+pub mod inline;
 pub mod input;
 pub mod instrument;
 pub mod ir;
@@ -174,6 +175,11 @@ fn rewrite_here(
         return graded::rewrite(module, info, &chosen, options);
     }
     let is_only = chosen.len() == 1;
+    let inlined = inline::barriers(module, &chosen);
+    let (module, info) = match &inlined {
+        Some(inlined) => (&inlined.module, &inlined.info),
+        None => (module, info),
+    };
     let split = full::split(module, &chosen, options)?;
     let mut rewriter = Rewriter::new((module, info), split.as_ref(), &chosen, options)?;
     let mut refusals = Vec::new();

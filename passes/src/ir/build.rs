@@ -107,6 +107,12 @@ impl<'a> Code<'a> {
 
     /// Appends an expression.
     pub fn add(&mut self, expression: Expression) -> Handle<Expression> {
+        let span = self.span;
+        self.add_at(expression, span)
+    }
+
+    /// Appends an expression that stands elsewhere in the source than its statement.
+    pub fn add_at(&mut self, expression: Expression, span: Span) -> Handle<Expression> {
         let results = matches!(
             expression,
             Expression::CallResult(_)
@@ -121,7 +127,7 @@ impl<'a> Code<'a> {
         } else if self.emitting.is_none() {
             self.emitting = Some(self.expressions.len());
         }
-        self.expressions.append(expression, self.span)
+        self.expressions.append(expression, span)
     }
 
     /// Appends a statement.

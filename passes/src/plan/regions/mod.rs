@@ -26,7 +26,8 @@
 //! with its real ids, and stores if its own pixel is a primary.
 //! *Guarantees*: the tile is the workgroup, so a primary's local ids lie in it, and reads of workgroup memory at `lid +
 //! offset` find what they would have found.
-//! *Refuses*: barriers that not all invocations reach; helper functions with barriers; cooperative work that needs what the
+//! *Refuses*: barriers that not all invocations reach; helper functions with barriers that cannot be put into their
+//! [callers](crate::inline); cooperative work that needs what the
 //! shader stores to its targets.
 
 pub mod report;

@@ -4,7 +4,7 @@
 //! *skeleton* that all invocations walk through together (barriers, what holds a barrier, what jumps past one), and
 //! gathers what stands between into regions. Regions between which an invocation can walk without a barrier share a
 //! *stretch*: what one of them writes to workgroup memory, nobody else may read in the others.
-//! *Refuses*: calls of functions with barriers inside.
+//! *Refuses*: calls of functions with barriers inside that could not be [put into their callers](crate::inline).
 
 use std::collections::BTreeMap;
 
@@ -14,6 +14,7 @@ use super::Names;
 use crate::{
     analysis::{Facts, facts::Effects},
     finding::{Code, Finding},
+    inline,
     ir::visit,
 };
 
@@ -212,18 +213,22 @@ impl Walk<'_> {
         each(statement);
         visit::sub_blocks(statement, &mut |block| visit::statements(block, &mut each));
         if let Some(function) = hidden {
+            let module = self.names.module;
+            let why = inline::unfit(module, &module.functions[function]);
+            let why = why.map(|why| format!(", and cannot be put into its caller's place: {why}"));
             let finding = Finding::new(
                 Code::WorkgroupMemory,
                 format!(
-                    "the helper function `{}` has a barrier inside",
-                    self.names.function(function)
+                    "the helper function `{}` has a barrier inside{}",
+                    self.names.function(function),
+                    why.unwrap_or_default()
                 ),
             )
             .at(
-                self.names.module.functions.get_span(function),
+                module.functions.get_span(function),
                 "every invocation of the workgroup has to get through here",
             )
-            .help("move the barrier into the entry point, and what stands before and behind it into functions of their own");
+            .help("let it return at its end alone, or move the barrier into the entry point, and what stands before and behind it into functions of their own");
             if !self.findings.contains(&finding) {
                 self.findings.push(finding);
             }
