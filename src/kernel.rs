@@ -30,7 +30,7 @@ macro_rules! shader {
 pub(crate) use shader;
 
 /// Modules that kernels import: each after those that it imports itself.
-const MODULES: &[Source] = &[shader!("rate.wgsl")];
+const MODULES: &[Source] = &[shader!("rate.wgsl"), shader!("depth.wgsl")];
 
 /// Composes a kernel.
 ///

@@ -6,7 +6,9 @@
 use std::fmt;
 
 use crate::analyse::{
+    half::HalfResolution,
     integer::root_shift,
+    own::OwnRates,
     settings::{Blur, Difference, Form, Norm, Pairs, Settings, Smoothing, Stability, Weights},
 };
 
@@ -39,6 +41,8 @@ pub struct Scene {
     pub materials: bool,
     /// A mask of where noise is.
     pub noise: bool,
+    /// Ids of materials or objects.
+    pub ids: bool,
     /// Flags of pixels.
     pub flags: bool,
     /// Widths of a later blur.
@@ -87,10 +91,14 @@ pub enum Binding {
     SqrtLuma,
     /// Widths of a later blur.
     Blur,
+    /// Ids of materials or objects.
+    Ids,
+    /// The rates of half the resolution, written.
+    HalfRates,
 }
 
 impl Binding {
-    const ALL: [Binding; 16] = [
+    const ALL: [Binding; 18] = [
         Binding::Params,
         Binding::Tables,
         Binding::Rates,
@@ -107,6 +115,8 @@ impl Binding {
         Binding::Flags,
         Binding::SqrtLuma,
         Binding::Blur,
+        Binding::Ids,
+        Binding::HalfRates,
     ];
 
     /// Its index in the kernel's group.
@@ -122,6 +132,7 @@ impl Binding {
             | Binding::Attachment
             | Binding::Reasons
             | Binding::PreviousRates
+            | Binding::HalfRates
             | Binding::SqrtLuma => true,
             Binding::Colour | Binding::After => colour == ColourForm::SqrtLuma,
             _ => false,
@@ -147,6 +158,8 @@ impl Binding {
             Binding::Flags => "flags",
             Binding::SqrtLuma => "√luma",
             Binding::Blur => "later blur",
+            Binding::Ids => "ids",
+            Binding::HalfRates => "rates of half the resolution",
         }
     }
 }
@@ -201,6 +214,8 @@ pub struct Plan {
     pub passes: Vec<PlannedPass>,
     /// The first pass's bindings, in order.
     pub bindings: Vec<Binding>,
+    /// What passes after the first bind beside its bindings.
+    pub later: Vec<Binding>,
 }
 
 impl Plan {
@@ -209,6 +224,7 @@ impl Plan {
     /// # Errors
     /// If the settings call for what the scene has not.
     pub fn new(scene: &Scene, settings: &Settings) -> Result<Plan, PlanError> {
+        let own = settings.own.clone().unwrap_or_default();
         let needs = [
             (
                 settings.motion.is_some(),
@@ -247,6 +263,19 @@ impl Plan {
                 "stability",
                 "the previous frame's rates",
             ),
+            (own.ids.is_some(), scene.ids, "rates by id", "ids"),
+            (
+                own.distance.is_some(),
+                scene.depth,
+                "rates by distance",
+                "depth",
+            ),
+            (
+                own.particles.is_some(),
+                scene.flags,
+                "rates of particles",
+                "flags",
+            ),
         ];
         if let Some((_, _, effect, what)) = needs.into_iter().find(|&(on, had, ..)| on && !had) {
             return Err(PlanError::Missing { effect, what });
@@ -268,6 +297,7 @@ impl Plan {
                 Binding::Flags => has("FLAGS"),
                 Binding::SqrtLuma => has("WRITE_LUMA"),
                 Binding::Blur => has("BLUR"),
+                Binding::Ids | Binding::HalfRates => false,
             })
             .collect();
         let mut passes = vec![PlannedPass {
@@ -294,14 +324,42 @@ impl Plan {
             Smoothing::Limit => passes.push(smooth("LIMIT")),
             Smoothing::Conservative => passes.push(smooth("CONSERVATIVE")),
         }
+        let mut later = Vec::new();
+        if settings
+            .own
+            .as_ref()
+            .is_some_and(|own| *own != OwnRates::default())
+        {
+            let (pass, bound) = own_pass(scene, &own);
+            passes.push(pass);
+            later.extend(bound);
+        }
+        if let Some(kind) = settings.half_resolution {
+            passes.push(PlannedPass {
+                kernel: "half.wgsl",
+                effects: match kind {
+                    HalfResolution::Code => Vec::new(),
+                    HalfResolution::Footprint => vec!["FOOTPRINT"],
+                },
+                bindings: 3,
+            });
+            later.push(Binding::HalfRates);
+        }
+        later.retain(|binding| !bindings.contains(binding));
         let plan = Plan {
             scene: *scene,
             settings: settings.clone(),
             passes,
             bindings,
+            later,
         };
         plan.within(MOST_STORAGE_BUFFERS)?;
         Ok(plan)
+    }
+
+    /// The pass of a kernel.
+    pub(crate) fn pass(&self, kernel: &str) -> Option<&PlannedPass> {
+        self.passes.iter().find(|pass| pass.kernel == kernel)
     }
 
     /// Whether a device that binds so many storage buffers to a stage can run it; [`new`](Plan::new) has asked for
@@ -366,8 +424,29 @@ impl Plan {
             .iter()
             .map(|binding| serde_json::json!({ "index": binding.index(), "name": binding.name() }))
             .collect();
-        serde_json::json!({ "passes": passes, "bindings": bindings })
+        let later: Vec<&str> = self.later.iter().map(|binding| binding.name()).collect();
+        serde_json::json!({ "passes": passes, "bindings": bindings, "later": later })
     }
+}
+
+/// The pass of the application's own rates, and what it binds.
+fn own_pass(scene: &Scene, own: &OwnRates) -> (PlannedPass, Vec<Binding>) {
+    let all = [
+        ("IDS", own.ids.is_some(), Some(Binding::Ids)),
+        ("DISTANCE", own.distance.is_some(), Some(Binding::Depth)),
+        ("FLAGS", scene.flags, Some(Binding::Flags)),
+        ("PARTICLES", own.particles.is_some(), None),
+        ("REASONS", scene.reasons, Some(Binding::Reasons)),
+    ];
+    let there = all.into_iter().filter(|&(_, is_there, _)| is_there);
+    let (effects, bound): (Vec<_>, Vec<_>) = there.map(|(name, _, bound)| (name, bound)).unzip();
+    let bound: Vec<Binding> = bound.into_iter().flatten().collect();
+    let pass = PlannedPass {
+        kernel: "own.wgsl",
+        effects,
+        bindings: 2 + bound.len(),
+    };
+    (pass, bound)
 }
 
 /// The first kernel's definitions without a value.
@@ -446,6 +525,9 @@ impl fmt::Display for Plan {
         }
         for binding in &self.bindings {
             writeln!(f, "  @binding({}) {}", binding.index(), binding.name())?;
+        }
+        for binding in &self.later {
+            writeln!(f, "  later: {}", binding.name())?;
         }
         Ok(())
     }

@@ -5,9 +5,14 @@ mod common;
 use fastrand::Rng;
 use vrcs::{
     Plan, Rate, Scene,
-    analyse::{Analysis, Colour, Frame, Inputs, Output, integer, settings::*},
+    analyse::{
+        Analysis, Colour, Frame, HalfResolution, Inputs, Output, OwnRates, half, integer,
+        own::{DistanceLadder, IdRates, Particles},
+        settings::*,
+    },
     check::gpu::Gpu,
     plan::{Binding, ColourForm},
+    rate::Combiner,
     sri::{Sri, SriLayout},
 };
 
@@ -27,6 +32,7 @@ struct Made {
     rates: Sri,
     materials: Vec<[u8; 2]>,
     noise: Vec<u8>,
+    ids: Vec<u8>,
     flags: Vec<u8>,
 }
 
@@ -128,8 +134,11 @@ impl Made {
             noise: (0..now)
                 .map(|_| if rng.bool() { 0 } else { rng.u8(..) })
                 .collect(),
+            ids: (0..now as u32)
+                .map(|i| ((i % size[0] / 7 + i / size[0] / 5) % 24) as u8)
+                .collect(),
             flags: (0..now)
-                .map(|_| if rng.u32(..12) == 0 { rng.u8(..8) } else { 0 })
+                .map(|_| if rng.u32(..12) == 0 { rng.u8(..16) } else { 0 })
                 .collect(),
         }
     }
@@ -158,6 +167,7 @@ impl Made {
             previous_rates: scene.previous_rates.then_some(&self.rates),
             materials: scene.materials.then_some(&self.materials),
             noise: scene.noise.then_some(&self.noise),
+            ids: scene.ids.then_some(&self.ids),
             flags: scene.flags.then_some(&self.flags),
         }
     }
@@ -194,7 +204,7 @@ impl Made {
         texture.create_view(&wgpu::TextureViewDescriptor::default())
     }
 
-    fn run(&self, gpu: &Gpu, plan: &Plan, frame: &Frame) -> [Vec<u8>; 4] {
+    fn run(&self, gpu: &Gpu, plan: &Plan, frame: &Frame) -> [Vec<u8>; 5] {
         use wgpu::TextureFormat as F;
         let analysis = Analysis::new(&gpu.device, plan);
         let storage = wgpu::BufferUsages::STORAGE;
@@ -209,6 +219,9 @@ impl Made {
             ],
             storage,
         );
+        let [half_width, half_height] = half::size_of(self.size);
+        let half_bytes = SriLayout::new(half_width, half_height).bytes() as usize;
+        let halves = gpu.buffer("half", &vec![0xa5; half_bytes], storage);
         let pitch = self.previous[0].next_multiple_of(256) as usize;
         let mut rows = vec![0u8; pitch * self.previous[1] as usize];
         for (i, &code) in self.sqrt.iter().enumerate() {
@@ -237,6 +250,7 @@ impl Made {
             now(F::R8Unorm, &self.noise),
             now(F::R8Uint, &self.flags),
             now(F::R32Float, cast(&self.blur)),
+            now(F::R8Uint, &self.ids),
         ];
         let view = |i: usize| wgpu::BindingResource::TextureView(&views[i]);
         let colour = |i: usize| match plan.scene.colour {
@@ -257,6 +271,8 @@ impl Made {
             (Binding::Noise, view(4)),
             (Binding::Flags, view(5)),
             (Binding::Blur, view(6)),
+            (Binding::Ids, view(7)),
+            (Binding::HalfRates, halves.as_entire_binding()),
             (Binding::SqrtLuma, luma.as_entire_binding()),
         ];
         let bound = analysis
@@ -270,9 +286,12 @@ impl Made {
             frame,
         );
         let read = gpu
-            .submit_and_read(encoder, &[&outputs[0], &outputs[1], &outputs[2], &luma])
+            .submit_and_read(
+                encoder,
+                &[&outputs[0], &outputs[1], &outputs[2], &luma, &halves],
+            )
             .expect("rates");
-        read.try_into().expect("four buffers")
+        read.try_into().expect("five buffers")
     }
 }
 
@@ -308,6 +327,7 @@ fn settings(rng: &mut Rng, scene: &mut Scene) -> Settings {
     scene.depth = rng.bool();
     scene.flags = rng.bool();
     scene.noise = rng.bool();
+    scene.ids = rng.bool();
     scene.materials = rng.bool();
     // within the eight storage buffers that every device binds
     scene.after_transparents = scene.colour != ColourForm::SqrtLuma && rng.bool();
@@ -353,12 +373,47 @@ fn settings(rng: &mut Rng, scene: &mut Scene) -> Settings {
             Vec::new()
         },
         safe_area: pick(rng).then(SafeArea::default),
+        own: pick(rng).then(|| own(rng, scene)),
+        half_resolution: [
+            None,
+            Some(HalfResolution::Code),
+            Some(HalfResolution::Footprint),
+        ][rng.usize(..3)],
         smoothing: [Smoothing::None, Smoothing::Limit, Smoothing::Conservative][rng.usize(..3)],
         largest: [Rate::R2X2, Rate::R4X2, Rate::R4X4, Rate::R2X4][rng.usize(..4)],
     }
 }
 
-fn assert_equal(got: &[Vec<u8>; 4], wanted: &Output, plan: &Plan) {
+/// Own rates of what the scene has.
+fn own(rng: &mut Rng, scene: &Scene) -> OwnRates {
+    let combiner = |rng: &mut Rng| Combiner::ALL[rng.usize(..6)];
+    let rate = |rng: &mut Rng| Rate::ALL[rng.usize(..7)];
+    OwnRates {
+        ids: scene.ids.then(|| IdRates {
+            rates: (0..20).map(|_| rng.bool().then(|| rate(rng))).collect(),
+            combiner: combiner(rng),
+        }),
+        distance: scene.depth.then(|| DistanceLadder {
+            // depths of the frame are around 0.3
+            steps: [
+                (0.1 / 0.315, rate(rng)),
+                (0.1 / 0.305, rate(rng)),
+                (f64::INFINITY, rate(rng)),
+                (1e3, rate(rng)),
+            ],
+            combiner: combiner(rng),
+            reversed_z: rng.bool(),
+            far: [f64::INFINITY, 500.0][rng.usize(..2)],
+            ..DistanceLadder::default()
+        }),
+        particles: scene.flags.then(|| Particles {
+            rate: rate(rng),
+            combiner: combiner(rng),
+        }),
+    }
+}
+
+fn assert_equal(got: &[Vec<u8>; 5], wanted: &Output, plan: &Plan) {
     let layout = wanted.sri.layout();
     for y in 0..layout.height {
         for x in 0..layout.width {
@@ -430,6 +485,13 @@ fn the_gpu_makes_the_bytes_of_its_integer_twin() {
         let got = made.run(&gpu, &plan, &frame);
         println!("case {case}: {size:?}");
         assert_equal(&got, &wanted, &plan);
+        if let Some(half) = &wanted.half {
+            let layout = half.layout();
+            for (x, y) in (0..layout.height).flat_map(|y| (0..layout.width).map(move |x| (x, y))) {
+                let at = (y * layout.pitch + x) as usize;
+                assert_eq!(got[4][at], half.code(x, y), "half of {x},{y}\n{plan}");
+            }
+        }
         if plan.bindings.contains(&Binding::SqrtLuma) {
             let pitch = previous[0].next_multiple_of(256);
             for (x, y) in (0..previous[1]).flat_map(|y| (0..previous[0]).map(move |x| (x, y))) {
@@ -437,5 +499,171 @@ fn the_gpu_makes_the_bytes_of_its_integer_twin() {
                 assert_eq!(got[3][at], wanted.sqrt_luma[at], "√luma of {x},{y}");
             }
         }
+    }
+}
+
+/// An effect, what the scene must declare for it, and inputs under which it has nothing to say.
+type Neutral = (
+    &'static str,
+    fn(&mut Scene),
+    fn(&mut Settings),
+    fn(&mut Made),
+);
+
+/// One row for each effect that a scene declares: with a neutral input its bytes are those of a plan that leaves it out.
+const NEUTRAL: &[Neutral] = &[
+    (
+        "zero motion",
+        |scene| scene.motion = true,
+        |settings| settings.motion = Some(Motion::default()),
+        |made| made.motion.fill([0.0; 2]),
+    ),
+    (
+        "zero motion, reprojected, over one depth",
+        |scene| (scene.motion, scene.depth) = (true, true),
+        |settings| {
+            settings.motion = Some(Motion::default());
+            settings.reprojection = Some(Reprojection::default());
+        },
+        |made| {
+            made.motion.fill([0.0; 2]);
+            made.depth.fill(0.5);
+            made.previous_depth.fill(0.5);
+        },
+    ),
+    (
+        "a later blur of no width",
+        |scene| (scene.motion, scene.blur) = (true, true),
+        |settings| {
+            settings.motion = Some(Motion::default());
+            settings.later_blur = true;
+        },
+        |made| {
+            made.motion.fill([0.0; 2]);
+            made.blur.fill(0.0);
+        },
+    ),
+    (
+        "materials that reflect nothing",
+        |scene| scene.materials = true,
+        |settings| settings.materials = Some(Materials::default()),
+        |made| made.materials.fill([255, 0]),
+    ),
+    (
+        "no noise anywhere",
+        |scene| scene.noise = true,
+        |settings| settings.half_rate = Some(HalfRate::default()),
+        |made| made.noise.fill(0),
+    ),
+    (
+        "no transparents",
+        |scene| scene.after_transparents = true,
+        |settings| settings.transparents = true,
+        |made| made.after_codes.clone_from(&made.codes),
+    ),
+    (
+        "flags that say nothing",
+        |scene| scene.flags = true,
+        |_| {},
+        |made| made.flags.fill(0),
+    ),
+    (
+        "a previous frame at full rate, compensated",
+        |scene| scene.previous_rates = true,
+        |settings| settings.stability = Stability::Compensate,
+        |made| made.rates = Sri::uniform(made.previous[0], made.previous[1], Rate::R1X1),
+    ),
+    (
+        "foveation at full resolution",
+        |_| {},
+        |settings| settings.foveation = Some(Foveation::default()),
+        |_| {},
+    ),
+    (
+        "quality overshoot below 85 %",
+        |_| {},
+        |settings| settings.overshoot = vec![[0.85, 1.0], [1.0, 1.0]],
+        |_| {},
+    ),
+    (
+        "a safe area of no width",
+        |_| {},
+        |settings| {
+            settings.safe_area = Some(SafeArea {
+                width: 0,
+                ..SafeArea::default()
+            });
+        },
+        |_| {},
+    ),
+    (
+        "own rates of other ids, beyond all distances, without particles",
+        |scene| (scene.ids, scene.depth, scene.flags) = (true, true, true),
+        |settings| {
+            settings.own = Some(OwnRates {
+                ids: Some(IdRates {
+                    rates: vec![Some(Rate::R4X4); 9],
+                    combiner: Combiner::Override,
+                }),
+                distance: Some(DistanceLadder {
+                    steps: [(1e6, Rate::R4X4); 4],
+                    ..DistanceLadder::default()
+                }),
+                particles: Some(Particles::default()),
+            });
+        },
+        |made| {
+            made.ids.fill(9);
+            made.depth.fill(0.5);
+            made.flags.fill(0);
+        },
+    ),
+    (
+        "half the resolution",
+        |_| {},
+        |settings| settings.half_resolution = Some(HalfResolution::Code),
+        |_| {},
+    ),
+];
+
+// fails when an effect is not neutral: with `FACTOR_ONE - min(slow, FACTOR_ONE)` of the materials written as `FACTOR_ONE - 1`, the
+// fourth row differs
+#[test]
+fn a_neutral_input_gives_the_bytes_of_a_plan_that_leaves_the_effect_out() {
+    let gpu = common::gpu();
+    let mut rng = Rng::with_seed(common::seed());
+    let size = [46, 38];
+    for (name, declare, ask, quiet) in NEUTRAL {
+        let mut made = Made::new(size, size, &mut rng);
+        quiet(&mut made);
+        let base = Scene {
+            attachment: true,
+            reasons: true,
+            ..Scene::default()
+        };
+        let settings = Settings {
+            smoothing: Smoothing::Conservative,
+            largest: Rate::R4X2,
+            ..Settings::default()
+        };
+        let (mut scene, mut with) = (base, settings.clone());
+        declare(&mut scene);
+        ask(&mut with);
+        let frame = Frame::of_size(size);
+        let without = Plan::new(&base, &settings).expect("a plan");
+        let plan = Plan::new(&scene, &with).expect("what it asks for is declared");
+        let [plain, neutral] = [&without, &plan].map(|plan| made.run(&gpu, plan, &frame));
+        for (i, output) in ["rates", "attachment", "reasons"].into_iter().enumerate() {
+            assert_eq!(plain[i], neutral[i], "{name}: {output}");
+        }
+        // and nothing of it is there where it is not asked for, whatever is declared
+        let declared = Plan::new(&scene, &settings).expect("a plan");
+        let flags = usize::from(scene.flags);
+        assert_eq!(declared.passes.len(), without.passes.len(), "{name}");
+        assert_eq!(
+            declared.bindings.len() + declared.later.len(),
+            without.bindings.len() + flags,
+            "{name}: {declared}"
+        );
     }
 }

@@ -6,6 +6,7 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::{
+    after::{After, BoundAfter},
     inputs::Frame,
     params::{self, Params},
     settings::Smoothing,
@@ -24,6 +25,7 @@ pub struct Analysis {
     pipeline: wgpu::ComputePipeline,
     luma: Option<wgpu::ComputePipeline>,
     smoothing: Option<SmoothKernel>,
+    after: After,
 }
 
 #[derive(Debug)]
@@ -49,6 +51,7 @@ pub struct BoundAnalysis {
     smooth: Vec<wgpu::BindGroup>,
     /// One for each of `smooth`, and whether reasons are those of its rates.
     smooth_params: Vec<(wgpu::Buffer, bool)>,
+    after: BoundAfter,
 }
 
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -59,7 +62,7 @@ struct SmoothParams {
     has_reasons: u32,
 }
 
-fn kind(binding: Binding, colour: ColourForm) -> wgpu::BindingType {
+pub(super) fn kind(binding: Binding, colour: ColourForm) -> wgpu::BindingType {
     let buffer = |ty| wgpu::BindingType::Buffer {
         ty,
         has_dynamic_offset: false,
@@ -76,7 +79,11 @@ fn kind(binding: Binding, colour: ColourForm) -> wgpu::BindingType {
     match binding {
         Binding::Params => buffer(wgpu::BufferBindingType::Uniform),
         Binding::Tables | Binding::PreviousRates => read,
-        Binding::Rates | Binding::Attachment | Binding::Reasons | Binding::SqrtLuma => write,
+        Binding::Rates
+        | Binding::Attachment
+        | Binding::Reasons
+        | Binding::SqrtLuma
+        | Binding::HalfRates => write,
         Binding::Colour | Binding::After if colour == ColourForm::SqrtLuma => read,
         Binding::Colour | Binding::After => float,
         Binding::Motion
@@ -85,11 +92,11 @@ fn kind(binding: Binding, colour: ColourForm) -> wgpu::BindingType {
         | Binding::PreviousDepth
         | Binding::Materials
         | Binding::Noise => float,
-        Binding::Flags => texture(wgpu::TextureSampleType::Uint),
+        Binding::Flags | Binding::Ids => texture(wgpu::TextureSampleType::Uint),
     }
 }
 
-fn layout_of(
+pub(super) fn layout_of(
     device: &wgpu::Device,
     entries: impl Iterator<Item = (u32, wgpu::BindingType)>,
 ) -> wgpu::BindGroupLayout {
@@ -107,7 +114,7 @@ fn layout_of(
     })
 }
 
-fn pipeline_of(
+pub(super) fn pipeline_of(
     device: &wgpu::Device,
     layout: &wgpu::BindGroupLayout,
     source: kernel::Source,
@@ -182,6 +189,7 @@ impl Analysis {
             pipeline,
             luma,
             smoothing,
+            after: After::new(device, plan),
         }
     }
 
@@ -278,6 +286,7 @@ impl Analysis {
             group,
             smooth,
             smooth_params,
+            after: self.after.bind(device, resources)?,
         })
     }
 
@@ -298,6 +307,7 @@ impl Analysis {
             };
             queue.write_buffer(buffer, 0, bytemuck::bytes_of(&smooth));
         }
+        self.after.set_frame(queue, &bound.after, &self.plan, frame);
     }
 
     /// Records the analysis of a frame into a compute pass.
@@ -322,5 +332,6 @@ impl Analysis {
                 pass.dispatch_workgroups(size[0].div_ceil(128), size[1].div_ceil(16), 1);
             }
         }
+        self.after.record(pass, &bound.after, size);
     }
 }

@@ -37,6 +37,8 @@ pub mod flags {
     pub const NO_HALF_RATE: u8 = 2;
     /// Full rate, whatever is found (alpha-tested surfaces, a HUD).
     pub const FULL: u8 = 4;
+    /// A particle: its rate is stated by [`OwnRates`](crate::analyse::OwnRates).
+    pub const PARTICLE: u8 = 8;
 }
 
 /// What changes from frame to frame beside pictures.
@@ -99,6 +101,8 @@ pub struct Inputs<'a> {
     pub materials: Option<&'a [[u8; 2]]>,
     /// Where noise is, 255 for most.
     pub noise: Option<&'a [u8]>,
+    /// The material or object of each pixel, for rates that the application states.
+    pub ids: Option<&'a [u8]>,
     /// [`flags`] of each pixel.
     pub flags: Option<&'a [u8]>,
     /// The scale of the dynamic resolution, above 0 to 1.
@@ -121,6 +125,7 @@ impl<'a> Inputs<'a> {
             previous_rates: None,
             materials: None,
             noise: None,
+            ids: None,
             flags: None,
             resolution_scale: 1.0,
         }
@@ -160,6 +165,7 @@ impl<'a> Inputs<'a> {
             ),
             ("materials", self.materials.map(<[_]>::len), now),
             ("noise", self.noise.map(<[_]>::len), now),
+            ("ids", self.ids.map(<[_]>::len), now),
             ("flags", self.flags.map(<[_]>::len), now),
         ];
         if now == 0 || before == 0 {
@@ -219,6 +225,8 @@ pub struct Output {
     pub sri: Sri,
     /// The rates for the hardware attachment: from the luma after transparents, without the extra half rate.
     pub attachment: Sri,
+    /// The rates of half the resolution, if they are asked for.
+    pub half: Option<Sri>,
     /// √luma of the previous picture (after transparents, if told apart), four pixels to a word, rows padded to 256 bytes.
     pub sqrt_luma: Vec<u8>,
     /// Why each quad is as fine as it is: [`Reason`](super::reasons::Reason)s, in the form of `sri`.

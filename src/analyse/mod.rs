@@ -9,6 +9,8 @@
 //! | [`refit`] | k, b_H and b_Q by their definitions | Eq. 13, 17 to 19 |
 //! | [`reproject`] | camera motion from depth and matrices | §5.2 |
 //! | [`smoothing`] | limits between neighbours | §5.4; GDC pass 3 |
+//! | [`own`] | the application's own rates, by combiners | GDC; Wicked Engine |
+//! | [`half`] | rates of half the resolution | DOOM, "VRCS on Half Res?" |
 //! | [`peers`] | what others decide by, as settings | research, table B |
 //! | [`settings`] | every effect's parameters | |
 //! | [`inputs`] | what goes in and what comes out | |
@@ -26,16 +28,19 @@
 //! assert_eq!(found.sri, vrcs::sri::Sri::uniform(8, 8, vrcs::Rate::R2X2));
 //! ```
 
+mod after;
 pub mod analyser;
 pub mod content;
 pub mod exact;
 pub mod fixed;
 pub mod gpu;
+pub mod half;
 pub mod hysteresis;
 pub mod inputs;
 pub mod integer;
 pub mod luma;
 pub mod motion;
+pub mod own;
 pub mod params;
 pub mod peers;
 pub mod pipeline;
@@ -50,7 +55,9 @@ mod tests;
 
 pub use analyser::{Analyser, AnalyserError};
 pub use gpu::Analysis;
+pub use half::HalfResolution;
 pub use inputs::{Colour, Frame, Inputs, Output, WrongInput};
+pub use own::OwnRates;
 pub use peers::Peer;
 pub use reasons::Reason;
 pub use settings::Settings;

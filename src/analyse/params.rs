@@ -87,15 +87,21 @@ pub const FALLOFF: usize = 256;
 
 /// Inverse depth from depth, in 1/2^30: 1 at the near plane; `None` for what is no depth.
 pub fn inverse_depth(depth: f32, params: &Params) -> Option<u32> {
+    inverse_distance(depth, params.depth_offset, params.reversed_z != 0)
+}
+
+/// Inverse distance from depth, in 1/2^30: 1 at the near plane; `None` for what is no depth. `offset` is near over far in the same
+/// unit.
+pub fn inverse_distance(depth: f32, offset: u32, is_reversed: bool) -> Option<u32> {
     let bits = depth.to_bits();
     if bits != 0x8000_0000 && bits > 0x3f80_0000 {
         return None;
     }
-    let toward_near = match params.reversed_z != 0 {
+    let toward_near = match is_reversed {
         true => (depth * 1_073_741_824.0) as u32,
         false => (1 << 30) - (depth * 1_073_741_824.0) as u32,
     };
-    Some(toward_near + params.depth_offset - fixed::mul_high(toward_near << 2, params.depth_offset))
+    Some(toward_near + offset - fixed::mul_high(toward_near << 2, offset))
 }
 
 /// Whether two inverse depths are of different surfaces.

@@ -7,6 +7,7 @@
 //! 4. Transparents; the extra half rate; the mask.
 //! 5. Rates of 4 hold for aligned blocks of 4×4 pixels (`agree`); 4x4 becomes 2x4 or 4x2.
 //! 6. Smoothing.
+//! 7. The application's own rates; then those of half the resolution.
 //!
 //! *Guarantees*: any doubt means full rate; 4x1 and 1x4 never come out.
 
@@ -115,6 +116,7 @@ pub fn source(
 
 fn check(inputs: &Inputs, settings: &Settings) -> Result<(), WrongInput> {
     inputs.check()?;
+    let own = settings.own.clone().unwrap_or_default();
     let needs = [
         (
             settings.motion.is_some() || settings.reprojection.is_some(),
@@ -141,6 +143,9 @@ fn check(inputs: &Inputs, settings: &Settings) -> Result<(), WrongInput> {
             inputs.previous_rates.is_some(),
             "the previous frame's rates",
         ),
+        (own.ids.is_some(), inputs.ids.is_some(), "ids"),
+        (own.distance.is_some(), inputs.depth.is_some(), "depth"),
+        (own.particles.is_some(), inputs.flags.is_some(), "flags"),
     ];
     match needs.into_iter().find(|&(needed, had, _)| needed && !had) {
         Some((_, _, name)) => Err(WrongInput::Missing(name)),
@@ -231,6 +236,13 @@ pub fn run<N: Numbers>(
             }
         }
     }
+    let sri = match &settings.own {
+        Some(own) => super::own::combine(&sri, own, settings.largest, inputs, &mut reasons),
+        None => sri,
+    };
+    let half = settings
+        .half_resolution
+        .map(|kind| super::half::half(&sri, inputs.size, kind));
     let [pw, ph] = inputs.previous_size;
     let pitch = params::luma_pitch(pw);
     let mut sqrt_luma = vec![0; (pitch * ph) as usize];
@@ -241,6 +253,7 @@ pub fn run<N: Numbers>(
     }
     Ok(Output {
         sri,
+        half,
         attachment: super::smoothing::smooth(
             &image(|q| q.attachment),
             inputs.size,

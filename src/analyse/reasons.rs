@@ -26,11 +26,13 @@ pub enum Reason {
     Neighbour = 9,
     /// Too slow for the rate, where motion alone decides.
     Motion = 10,
+    /// The application's own rate.
+    Own = 11,
 }
 
 impl Reason {
     /// All, in order of their bytes.
-    pub const ALL: [Reason; 11] = [
+    pub const ALL: [Reason; 12] = [
         Reason::None,
         Reason::Content,
         Reason::NoHistory,
@@ -42,6 +44,7 @@ impl Reason {
         Reason::HalfRate,
         Reason::Neighbour,
         Reason::Motion,
+        Reason::Own,
     ];
 
     /// The reason of a byte.

@@ -1,6 +1,7 @@
 //! What the analysis is told: one struct for each effect, with its source, units and ranges. `None` means that the effect
 //! is not there at all: not compiled, not bound, not dispatched.
 
+use super::{half::HalfResolution, own::OwnRates};
 use crate::Rate;
 
 /// How many differences become one error (§3.1).
@@ -380,6 +381,10 @@ pub struct Settings {
     pub safe_area: Option<SafeArea>,
     /// Limits between neighbours.
     pub smoothing: Smoothing,
+    /// The application's own rates, combined with what is found after all else.
+    pub own: Option<OwnRates>,
+    /// Also rates of half the resolution, for passes that run at it.
+    pub half_resolution: Option<HalfResolution>,
     /// The coarsest rate. 4x4 is replaced by 2x4 or 4x2 unless this is 4x4.
     pub largest: Rate,
 }
@@ -399,6 +404,8 @@ impl Default for Settings {
             overshoot: Vec::new(),
             safe_area: None,
             smoothing: Smoothing::None,
+            own: None,
+            half_resolution: None,
             largest: Rate::R2X2,
         }
     }

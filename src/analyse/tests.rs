@@ -803,3 +803,145 @@ fn a_later_blur_counts_as_motion_of_its_width() {
         "no number hides nothing"
     );
 }
+
+/// The numbers of the resources that a module binds.
+fn bound(module: &naga::Module) -> Vec<u32> {
+    let mut numbers: Vec<u32> = module
+        .global_variables
+        .iter()
+        .filter_map(|(_, global)| global.binding.as_ref().map(|binding| binding.binding))
+        .collect();
+    numbers.sort_unstable();
+    numbers
+}
+
+// what is not declared is not even in the text that is compiled: counted in the composed modules, for each effect alone and for all
+#[test]
+fn kernels_bind_what_their_plan_says_and_nothing_else() {
+    use crate::{
+        kernel::{compose, shader},
+        plan::{Plan, Scene},
+    };
+    let everything = Scene {
+        after_transparents: true,
+        motion: true,
+        depth: true,
+        previous_rates: true,
+        materials: true,
+        noise: true,
+        ids: true,
+        flags: true,
+        blur: true,
+        attachment: true,
+        sqrt_luma: true,
+        reasons: true,
+        ..Scene::default()
+    };
+    let bare = Scene {
+        flags: false,
+        attachment: false,
+        sqrt_luma: false,
+        reasons: false,
+        ..everything
+    };
+    let motion = Settings {
+        motion: Some(Motion::default()),
+        ..Settings::default()
+    };
+    let own = super::OwnRates {
+        ids: Some(super::own::IdRates::default()),
+        ..super::OwnRates::default()
+    };
+    let plans = [
+        (bare, Settings::default(), 4),
+        (bare, motion.clone(), 5),
+        (
+            bare,
+            Settings {
+                later_blur: true,
+                ..motion.clone()
+            },
+            6,
+        ),
+        (
+            bare,
+            Settings {
+                reprojection: Some(Reprojection::default()),
+                ..motion.clone()
+            },
+            7,
+        ),
+        (
+            bare,
+            Settings {
+                materials: Some(Materials::default()),
+                ..Settings::default()
+            },
+            5,
+        ),
+        (
+            bare,
+            Settings {
+                half_rate: Some(HalfRate::default()),
+                ..Settings::default()
+            },
+            5,
+        ),
+        (
+            bare,
+            Settings {
+                transparents: true,
+                ..Settings::default()
+            },
+            5,
+        ),
+        (
+            bare,
+            Settings {
+                stability: Stability::Hysteresis,
+                ..Settings::default()
+            },
+            5,
+        ),
+        (
+            bare,
+            Settings {
+                foveation: Some(Foveation::default()),
+                safe_area: Some(SafeArea::default()),
+                ..Settings::default()
+            },
+            4,
+        ),
+        (everything, Settings::default(), 8),
+        (
+            everything,
+            Settings {
+                own: Some(own),
+                half_resolution: Some(super::HalfResolution::Code),
+                ..Settings::default()
+            },
+            8,
+        ),
+    ];
+    for (scene, settings, count) in plans {
+        let plan = Plan::new(&scene, &settings).expect("what it asks for is declared");
+        let mut wanted: Vec<u32> = plan.bindings.iter().map(|b| b.index()).collect();
+        wanted.sort_unstable();
+        assert_eq!(
+            bound(&compose(shader!("analyse.wgsl"), &plan.defs())),
+            wanted,
+            "{plan}"
+        );
+        assert_eq!(wanted.len(), count, "{plan}");
+        for (name, source) in [
+            ("own.wgsl", shader!("own.wgsl")),
+            ("half.wgsl", shader!("half.wgsl")),
+        ] {
+            if let Some(pass) = plan.pass(name) {
+                let defs: Vec<_> = pass.effects.iter().map(|&name| (name, 1)).collect();
+                let found = bound(&compose(source, &defs));
+                assert_eq!(found.len(), pass.bindings, "{name}: {plan}");
+            }
+        }
+    }
+}

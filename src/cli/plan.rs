@@ -12,7 +12,11 @@ use serde_json::json;
 
 use super::{Failure, files, parse_size, talk};
 use crate::{
-    analyse::{params, settings::*},
+    analyse::{
+        own::{IdRates, OwnRates},
+        params,
+        settings::*,
+    },
     plan::{Binding, ColourForm, Plan, Scene},
     scenes::{Declared, SceneName},
     sri::SriLayout,
@@ -22,7 +26,7 @@ use crate::{
 #[command(after_help = "SCENE.toml, every line of which may be left out:
   colour = \"codes\"      # or linear, sqrt-luma
   motion = true         # motion vectors; and of the same kind:
-  # depth, after-transparents, previous-rates, materials, noise, flags, blur, attachment, reasons, sqrt-luma
+  # depth, after-transparents, previous-rates, materials, noise, ids, flags, blur, attachment, reasons, sqrt-luma
 
 Examples:
   vrcs plan interior
@@ -50,6 +54,7 @@ struct Declaration {
     previous_rates: bool,
     materials: bool,
     noise: bool,
+    ids: bool,
     flags: bool,
     blur: bool,
     attachment: bool,
@@ -92,6 +97,10 @@ pub(crate) fn settings_of(scene: &Scene) -> Settings {
         },
         half_rate: scene.noise.then(HalfRate::default),
         transparents: scene.after_transparents,
+        own: scene.ids.then(|| OwnRates {
+            ids: Some(IdRates::default()),
+            ..OwnRates::default()
+        }),
         smoothing: Smoothing::Conservative,
         ..Settings::default()
     }
@@ -151,6 +160,7 @@ fn read(path: &Path) -> Result<(String, Scene), Failure> {
         previous_rates: declared.previous_rates,
         materials: declared.materials,
         noise: declared.noise,
+        ids: declared.ids,
         flags: declared.flags,
         blur: declared.blur,
         attachment: declared.attachment,

@@ -21,6 +21,7 @@ pub fn reason(reason: Reason) -> (&'static str, [u8; 3]) {
         Reason::HalfRate => ("half rate", [120, 200, 120]),
         Reason::Neighbour => ("a finer neighbour", [0, 200, 180]),
         Reason::Motion => ("too slow", [245, 170, 40]),
+        Reason::Own => ("the application's own", [150, 110, 60]),
     }
 }
 

@@ -1,10 +1,9 @@
 //! Sums and differences: what is added to a picture, the order of a sum, the driver, the density of samples.
 
 use vrcs::{
-    Plan, Rate, Scene,
-    analyse::{Analysis, Colour, Frame, Inputs, Settings, settings::*},
-    plan::{Binding, ColourForm},
-    sri::{Sri, SriLayout},
+    Rate,
+    analyse::{Colour, Inputs, Settings, settings::*},
+    sri::Sri,
 };
 
 use crate::{
@@ -166,71 +165,6 @@ fn offsets() -> Result<String, String> {
     Ok("equal at 15 constants, 3 norms".to_owned())
 }
 
-/// The kernel's rates of a picture of codes.
-fn on_the_driver(
-    gpu: &vrcs::check::gpu::Gpu,
-    size: [u32; 2],
-    codes: &[[u8; 4]],
-    settings: &Settings,
-) -> Result<Sri, String> {
-    let scene = Scene {
-        colour: ColourForm::Codes,
-        ..Scene::default()
-    };
-    let plan = Plan::new(&scene, settings).map_err(|error| error.to_string())?;
-    let analysis = Analysis::new(&gpu.device, &plan);
-    let extent = wgpu::Extent3d {
-        width: size[0],
-        height: size[1],
-        depth_or_array_layers: 1,
-    };
-    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: None,
-        size: extent,
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rgba8Unorm,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-        view_formats: &[],
-    });
-    let rows = wgpu::TexelCopyBufferLayout {
-        offset: 0,
-        bytes_per_row: Some(size[0] * 4),
-        rows_per_image: None,
-    };
-    gpu.queue
-        .write_texture(texture.as_image_copy(), codes.as_flattened(), rows, extent);
-    let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
-    let layout = SriLayout::new(size[0], size[1]);
-    let out = gpu.buffer(
-        "rates",
-        &vec![0xa5; layout.bytes() as usize],
-        wgpu::BufferUsages::STORAGE,
-    );
-    let resources = [
-        (Binding::Rates, out.as_entire_binding()),
-        (Binding::Colour, wgpu::BindingResource::TextureView(&view)),
-    ];
-    let bound = analysis
-        .bind(&gpu.device, &resources)
-        .map_err(|error| error.to_string())?;
-    let frame = Frame::of_size(size);
-    analysis.set_frame(&gpu.queue, &bound, &frame);
-    let mut encoder = gpu.encoder();
-    analysis.record(
-        &mut encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default()),
-        &bound,
-        &frame,
-    );
-    let read = gpu
-        .submit_and_read(encoder, &[&out])
-        .map_err(|error| error.to_string())?;
-    Ok(Sri::from_fn(size[0], size[1], |x, y| {
-        read[0][(y * layout.pitch + x) as usize]
-    }))
-}
-
 fn drivers() -> Result<String, String> {
     let gpu = common::gpu();
     let size = [131, 67];
@@ -261,7 +195,7 @@ fn drivers() -> Result<String, String> {
                 smoothing: Smoothing::Conservative,
                 ..Settings::default()
             };
-            let found = on_the_driver(&gpu, size, &codes, &settings)?;
+            let found = crate::driver::of_codes(&gpu, size, &codes, &settings)?;
             let wanted = rates(&Inputs::of_colour(size, Colour::Codes(&codes)), &settings);
             if found != wanted {
                 return Err(format!(

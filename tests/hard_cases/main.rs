@@ -5,9 +5,14 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod algebra;
 mod case;
 mod closed_loop;
 mod differences;
+mod driver;
+mod elsewhere;
+mod groups;
+mod property;
 mod shaders;
 mod sizes;
 mod stage;
@@ -25,6 +30,8 @@ const FAMILIES: &[Family] = &[
     differences::FAMILY,
     closed_loop::FAMILY,
     time::FAMILY,
+    algebra::FAMILY,
+    groups::FAMILY,
     shaders::FAMILY,
     sizes::FAMILY,
 ];

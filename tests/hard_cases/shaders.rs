@@ -119,13 +119,55 @@ pub const FAMILY: Family = Family {
                 )
             },
         },
+        Case {
+            id: "levels",
+            name: "textures read by explicit level and gradient",
+            hazard: "gradients of a remapped invocation are rounded or scaled on the way",
+            bound: "bit for bit",
+            guard: "as above; the author's gradients are values like any other",
+            run: || {
+                identical(
+                    "let at = vec2(x, y) / 40.0; let a = textureLoad(image, vec2<i32>(i32(x) & 7, i32(y) & 7), 0); return a + vec4(at, -at) * a.wzyx;",
+                )
+            },
+        },
+        Case {
+            id: "halves",
+            name: "arithmetic in f16, where the driver has it: overflow, denormals, sums that lose bits",
+            hazard: "an f16 expression is widened in one program and not in the other",
+            bound: "bit for bit, or the driver has no f16, which is said in the log",
+            guard: "as above; `enable f16` is kept by emit",
+            run: halves,
+        },
     ],
 };
 
+/// Whether the driver has f16 must not change the table, which is the same for all.
+fn halves() -> Result<String, String> {
+    if !common::gpu()
+        .device
+        .features()
+        .contains(wgpu::Features::SHADER_F16)
+    {
+        println!("skipped: halves: this driver has no f16");
+        return Ok("equal".to_owned());
+    }
+    let value = "let h = f16(x * 3000.0); let k = f16(y) * 0.001h; let s = h + h * k - k; return vec4(f32(h), f32(k * 0.0001h), f32(s), f32(h / (k - k)));";
+    identical_with("enable f16;\n", value)
+}
+
 /// Checks a shader that stores an expression of `x` and `y`, the pixel's column and row as floats.
 fn identical(body: &str) -> Result<String, String> {
+    let head = match body.contains("image") {
+        true => "@group(0) @binding(1) var image: texture_2d<f32>;\n",
+        false => "",
+    };
+    identical_with(head, body)
+}
+
+fn identical_with(head: &str, body: &str) -> Result<String, String> {
     let text = format!(
-        "@group(0) @binding(0) var out: texture_storage_2d<rgba32float, write>;
+        "{head}@group(0) @binding(0) var out: texture_storage_2d<rgba32float, write>;
 fn value(x: f32, y: f32) -> vec4<f32> {{ {body} }}
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {{

@@ -2,6 +2,7 @@
 
 use vrcs::{
     Rate,
+    analyse::{Colour, Inputs, Settings},
     build::{
         BuildOptions, CoordLayout,
         cpu::{self, Coordinates},
@@ -13,7 +14,8 @@ use vrcs_passes::{Source, options::MaxRate};
 
 use crate::{
     case::{Case, Family},
-    common,
+    common, driver,
+    stage::rates,
 };
 
 pub const FAMILY: Family = Family {
@@ -27,6 +29,14 @@ pub const FAMILY: Family = Family {
             bound: "every law, bit for bit, at 20 sizes from 1×1 to 97×3",
             guard: "vrcs_members_in_extent in the prelude; without it the copies of the last column land in the next row",
             run: laws_at_odd_sizes,
+        },
+        Case {
+            id: "E22-analysis",
+            name: "the analysis on this driver, 1×1 to 16,384 in either direction, odd, prime, thinner than a subgroup",
+            hazard: "what is outside is read as 0: false edges along the border; a last workgroup is left out",
+            bound: "every byte as the integer twin; a plain picture is coarse up to its last quad; a picture and its border repeated agree",
+            guard: "fill clamps to the picture; without it the last column's windows see black and are fine",
+            run: analysis_at_odd_sizes,
         },
         Case {
             id: "E23",
@@ -46,6 +56,42 @@ pub const FAMILY: Family = Family {
         },
     ],
 };
+
+fn analysis_at_odd_sizes() -> Result<String, String> {
+    let gpu = common::gpu();
+    let mut sizes = vec![[1080, 3], [3, 1080], [2159, 5], [5, 2159]];
+    let sides = [1, 2, 3, 7, 8, 9, 15, 16, 17, 31, 33];
+    sizes.extend(sides.iter().zip(sides.iter().rev()).map(|(&a, &b)| [a, b]));
+    sizes.extend(sides.map(|side| [side, side]));
+    // a prime below the limit, and the limit
+    sizes.extend([[16_381, 3], [2, 16_381], [16_384, 1], [1, 16_384]]);
+    let mut rng = fastrand::Rng::with_seed(22);
+    for &size in &sizes {
+        let count = (size[0] * size[1]) as usize;
+        let noise: Vec<[u8; 4]> = (0..count)
+            .map(|i| std::array::from_fn(|_| (i * 3 % 200) as u8 + rng.u8(..40)))
+            .collect();
+        for picture in [vec![[180; 4]; count], noise] {
+            let settings = Settings {
+                largest: Rate::R4X4,
+                ..Settings::default()
+            };
+            let found = driver::of_codes(&gpu, size, &picture, &settings)?;
+            let inputs = Inputs::of_colour(size, Colour::Codes(&picture));
+            if found != rates(&inputs, &settings) {
+                return Err(format!("{size:?}: the driver's rates are not the twin's"));
+            }
+            if picture[0] == picture[count - 1] && picture.iter().all(|p| *p == picture[0]) {
+                let edge = [size[0].div_ceil(2) - 1, size[1].div_ceil(2) - 1];
+                let code = found.code(edge[0], edge[1]);
+                if !Rate::R2X2.is_within(Rate::from_code_or_full(code)) {
+                    return Err(format!("{size:?}: the last quad is {code}"));
+                }
+            }
+        }
+    }
+    Ok(format!("equal at {} sizes", sizes.len()))
+}
 
 fn laws_at_odd_sizes() -> Result<String, String> {
     let source = Source::new(

@@ -19,7 +19,7 @@ fn path() -> PathBuf {
 }
 
 /// The page.
-fn page(families: &[Family]) -> String {
+fn page(families: &[Family]) -> Result<String, String> {
     let measured = MEASURED.lock().unwrap_or_else(PoisonError::into_inner);
     let mut page = HEAD.to_owned();
     for family in families {
@@ -44,12 +44,13 @@ fn page(families: &[Family]) -> String {
             );
         }
     }
-    page
+    page += &crate::elsewhere::page()?;
+    Ok(page)
 }
 
 /// Compares the page with what is there, or writes it.
 pub fn check(families: &[Family]) -> Result<(), String> {
-    let page = page(families);
+    let page = page(families)?;
     if std::env::var_os("VRCS_BLESS").is_some() {
         return std::fs::write(path(), page).map_err(|error| error.to_string());
     }

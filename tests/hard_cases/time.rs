@@ -39,6 +39,14 @@ pub const FAMILY: Family = Family {
             run: both_ways_of_depth,
         },
         Case {
+            id: "E33-w",
+            name: "cameras whose matrices put the world behind them, are singular, or hold NaN and ∞",
+            hazard: "w ≤ 0 mirrors a place into the picture; a division by zero lands anywhere",
+            bound: "1x1 for every such pixel, by both ways of depth; a camera at rest keeps the plain rates",
+            guard: "reproject::camera_motion refuses w ≤ 0 and NaN; without it what was behind the camera is fetched from its mirror image",
+            run: cameras,
+        },
+        Case {
             id: "E34",
             name: "one scene at 0.01, 1 and 100 times its size",
             hazard: "an absolute threshold in view space finds all or nothing hidden",
@@ -182,6 +190,54 @@ fn teleports() -> Result<String, String> {
         }
     }
     Ok(format!("held for {times} quads"))
+}
+
+fn cameras() -> Result<String, String> {
+    use glam::{DMat4, DVec3};
+    use vrcs::analyse::reproject::camera_motions;
+    let size = [16, 16];
+    let plain = grey(size, |_, _| 0.5);
+    let depth = vec![0.5f32; 256];
+    let mut times = 0;
+    for (near, far) in [(0.1, 100.0), (100.0, 0.1)] {
+        let now = DMat4::perspective_rh(1.0, 1.0, near, far);
+        let mut broken = vec![
+            // turned about, and moved past the surface
+            now * DMat4::from_rotation_y(std::f64::consts::PI),
+            now * DMat4::from_translation(DVec3::new(0.0, 0.0, 500.0)),
+            DMat4::ZERO,
+            DMat4::from_diagonal(glam::DVec4::new(1.0, 1.0, 1.0, 0.0)),
+        ];
+        for bad in [f64::NAN, f64::INFINITY] {
+            for at in [0, 11, 15] {
+                let mut values = now.to_cols_array();
+                values[at] = bad;
+                broken.push(DMat4::from_cols_array(&values));
+            }
+        }
+        let run = |now: &DMat4, before: &DMat4| {
+            let vectors = camera_motions(size, &depth, now, before);
+            let inputs = Inputs {
+                motion: Some(&vectors),
+                ..Inputs::of_colour(size, Colour::Linear(&plain))
+            };
+            twins(&inputs, &reprojected())
+        };
+        for found in run(&now, &now)? {
+            all_are(&found.sri, Rate::R2X2, "at rest")?;
+        }
+        for (index, before) in broken.iter().enumerate() {
+            for found in run(&now, before)? {
+                all_are(&found.sri, Rate::R1X1, &format!("before, {index}"))?;
+            }
+            times += 1;
+        }
+        // a matrix that has no inverse
+        for found in run(&DMat4::ZERO, &now)? {
+            all_are(&found.sri, Rate::R1X1, "now, singular")?;
+        }
+    }
+    Ok(format!("{times} cameras"))
 }
 
 /// Which quads are disoccluded, of a scene given by distances now and before; depth by a projection.

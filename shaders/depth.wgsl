@@ -1,0 +1,28 @@
+// Depth for kernels, in integers; its twin is src/analyse/params.rs.
+#define_import_path vrcs::depth
+
+// What no depth has.
+const NO_DEPTH: u32 = 0xffffffffu;
+
+// The upper 32 bits of a product.
+fn high_product(a: u32, b: u32) -> u32 {
+    let al = a & 0xffffu;
+    let ah = a >> 16u;
+    let bl = b & 0xffffu;
+    let bh = b >> 16u;
+    let middle = ah * bl + ((al * bl) >> 16u);
+    let low = al * bh + (middle & 0xffffu);
+    return ah * bh + (middle >> 16u) + (low >> 16u);
+}
+
+// Inverse distance, 1 at the near plane, in 1/2^30; NO_DEPTH for what is none. `offset` is near over far in the same unit. Bits
+// are looked at, since drivers may take compares of NaN apart.
+fn inverse_distance(depth: f32, offset: u32, is_reversed: bool) -> u32 {
+    let bits = bitcast<u32>(depth);
+    if bits != 0x80000000u && bits > 0x3f800000u {
+        return NO_DEPTH;
+    }
+    let scaled = u32(depth * 1073741824.0);
+    let toward = select((1u << 30u) - scaled, scaled, is_reversed);
+    return toward + offset - high_product(toward << 2u, offset);
+}

@@ -1,0 +1,110 @@
+//! The analysis on the tests' driver.
+
+use vrcs::{
+    Plan, Scene,
+    analyse::{Analysis, Frame, Settings},
+    check::gpu::Gpu,
+    plan::{Binding, ColourForm},
+    sri::{Sri, SriLayout},
+};
+
+/// The kernel's rates of a picture of codes.
+pub fn of_codes(
+    gpu: &Gpu,
+    size: [u32; 2],
+    codes: &[[u8; 4]],
+    settings: &Settings,
+) -> Result<Sri, String> {
+    let format = wgpu::TextureFormat::Rgba8Unorm;
+    let bytes = codes.as_flattened();
+    run(gpu, size, ColourForm::Codes, (format, bytes), settings)
+}
+
+/// The kernel's rates of a picture of linear light, by the default settings, in a texture of halves or floats.
+pub fn of_linear(
+    gpu: &Gpu,
+    size: [u32; 2],
+    picture: &[[f32; 4]],
+    format: wgpu::TextureFormat,
+) -> Result<Sri, String> {
+    let values = picture.as_flattened();
+    let bytes: Vec<u8> = match format {
+        wgpu::TextureFormat::Rgba16Float => values
+            .iter()
+            .flat_map(|&value| half::f16::from_f32(value).to_le_bytes())
+            .collect(),
+        _ => values
+            .iter()
+            .flat_map(|value| value.to_le_bytes())
+            .collect(),
+    };
+    run(
+        gpu,
+        size,
+        ColourForm::Linear,
+        (format, &bytes),
+        &Settings::default(),
+    )
+}
+
+fn run(
+    gpu: &Gpu,
+    size: [u32; 2],
+    colour: ColourForm,
+    (format, bytes): (wgpu::TextureFormat, &[u8]),
+    settings: &Settings,
+) -> Result<Sri, String> {
+    let scene = Scene {
+        colour,
+        ..Scene::default()
+    };
+    let plan = Plan::new(&scene, settings).map_err(|error| error.to_string())?;
+    let analysis = Analysis::new(&gpu.device, &plan);
+    let extent = wgpu::Extent3d {
+        width: size[0],
+        height: size[1],
+        depth_or_array_layers: 1,
+    };
+    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: extent,
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    });
+    let rows = wgpu::TexelCopyBufferLayout {
+        offset: 0,
+        bytes_per_row: Some(bytes.len() as u32 / size[1]),
+        rows_per_image: None,
+    };
+    gpu.queue
+        .write_texture(texture.as_image_copy(), bytes, rows, extent);
+    let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+    let layout = SriLayout::new(size[0], size[1]);
+    let poison = vec![0xa5; layout.bytes() as usize];
+    let out = gpu.buffer("rates", &poison, wgpu::BufferUsages::STORAGE);
+    let resources = [
+        (Binding::Rates, out.as_entire_binding()),
+        (Binding::Colour, wgpu::BindingResource::TextureView(&view)),
+    ];
+    let bound = analysis
+        .bind(&gpu.device, &resources)
+        .map_err(|error| error.to_string())?;
+    let frame = Frame::of_size(size);
+    analysis.set_frame(&gpu.queue, &bound, &frame);
+    let mut encoder = gpu.encoder();
+    analysis.record(
+        &mut encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default()),
+        &bound,
+        &frame,
+    );
+    let read = gpu
+        .submit_and_read(encoder, &[&out])
+        .map_err(|error| error.to_string())?;
+    Ok(Sri::from_fn(size[0], size[1], |x, y| {
+        read[0][(y * layout.pitch + x) as usize]
+    }))
+}
