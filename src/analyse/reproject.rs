@@ -31,7 +31,8 @@ pub fn camera_motion(
     // the plane at infinity has w = 0 and still a place in the picture; only the sign of w before counts
     let before = *clip_before * world;
     let w = before.w * if world.w < 0.0 { -1.0 } else { 1.0 };
-    if w.is_nan() || w <= 0.0 {
+    // an infinite w would put everything into the middle of the picture
+    if !w.is_finite() || w <= 0.0 {
         return NONE;
     }
     let place = DVec3::new(before.x, before.y, before.z) / before.w;

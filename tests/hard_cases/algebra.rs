@@ -332,7 +332,7 @@ fn patterns_of_bits() -> Result<String, String> {
                 let exact = f64::from(v).max(0.0) * f64::from(fixed::ONE);
                 prop_assert!((f64::from(units) - exact).abs() <= 0.5, "{}: {}", v, units);
             }
-            None => prop_assert!(!(v >= 0.0 && v <= 1.0), "{}", v),
+            None => prop_assert!(!(0.0..=1.0).contains(&v), "{}", v),
         }
         for is_reversed in [true, false] {
             match inverse_distance(v, 0, is_reversed) {

@@ -43,7 +43,7 @@ pub const FAMILY: Family = Family {
             name: "cameras whose matrices put the world behind them, are singular, or hold NaN and ∞",
             hazard: "w ≤ 0 mirrors a place into the picture; a division by zero lands anywhere",
             bound: "1x1 for every such pixel, by both ways of depth; a camera at rest keeps the plain rates",
-            guard: "reproject::camera_motion refuses w ≤ 0 and NaN; without it what was behind the camera is fetched from its mirror image",
+            guard: "reproject::camera_motion refuses a w that is not above 0 or not finite; without it what was behind the camera is fetched from its mirror image. This test found that an infinite w put everything into the middle of the picture",
             run: cameras,
         },
         Case {

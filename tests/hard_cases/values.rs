@@ -632,7 +632,7 @@ fn unbounded_ratios() -> Result<String, String> {
     let mut most = 0.0f64;
     for norm in [Norm::L1, Norm::L2, Norm::LInf] {
         for sensitivity in [0.001, 0.01, 0.07] {
-            for threshold in [0.15, 1.0, 6.0] {
+            for threshold in [0.15, 1.0, 4.0] {
                 let settings = Settings {
                     content: Content {
                         norm,
