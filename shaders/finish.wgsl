@@ -1,5 +1,5 @@
 // What is known only when every tile is built: the lists' lengths, the arguments of indirect dispatches, the statistics. One
-// invocation. It leaves the counters at zero for the next frame.
+// workgroup; it leaves the counters at zero for the next frame.
 //
 // wgpu puts zeros in place of an indirect dispatch with more than 65,535 workgroups on an axis: nothing would be shaded, and
 // nobody told. So the arguments have two dimensions, and the shader makes one number of them.
@@ -12,6 +12,7 @@ struct Params {
 
 @group(0) @binding(0) var<uniform> params: Params;
 @group(0) @binding(1) var<storage, read_write> counters: array<u32>;
+var<workgroup> counted: array<u32, COUNTERS_WORDS>;
 #ifdef LIST
 @group(0) @binding(2) var<storage, read_write> list: array<u32>;
 #endif
@@ -25,6 +26,7 @@ struct Params {
 @group(0) @binding(5) var<storage, read_write> statistics: array<u32>;
 #endif
 
+const COUNTERS_WORDS: u32 = 64u;
 const MOST_GROUPS: u32 = 65535u;
 const C_LIST: u32 = 0u;
 const C_TILES: u32 = 2u;
@@ -48,11 +50,26 @@ fn argue(at: u32, groups: u32) -> u32 {
 }
 #endif
 
-@compute @workgroup_size(1)
-fn finish() {
+@compute @workgroup_size(COUNTERS_WORDS)
+fn finish(@builtin(local_invocation_index) index: u32) {
+    counted[index] = counters[index];
+    counters[index] = 0u;
+    workgroupBarrier();
+#ifdef STATISTICS
+    if index < 20u {
+        statistics[index] = counted[C_STATISTICS + index];
+    }
+#endif
+    if index == 0u {
+        conclude();
+    }
+}
+
+// Writes the lists' heads and the arguments.
+fn conclude() {
 #ifdef LIST
-    let covered = counters[C_LIST];
-    let sky = counters[C_LIST + 1u];
+    let covered = counted[C_LIST];
+    let sky = counted[C_LIST + 1u];
     list[0] = covered;
     list[1] = sky;
     list[2] = argue(0u, (covered + params.tile_area - 1u) / params.tile_area);
@@ -62,12 +79,12 @@ fn finish() {
     var groups = vec2<u32>(0u);
     for (var rate = 0u; rate < 7u; rate++) {
         let pixels = pixels_of(rate);
-        let tiles = vec2<u32>(counters[C_TILES + rate], counters[C_TILES + 7u + rate]);
+        let tiles = vec2<u32>(counted[C_TILES + rate], counted[C_TILES + 7u + rate]);
         groups += (vec2<u32>(tiles.x, tiles.x + tiles.y) + pixels - 1u) / pixels;
         classified[rate] = tiles.x;
         classified[rate + 7u] = tiles.y;
     }
-    let mixed = vec2<u32>(counters[C_MIXED], counters[C_MIXED + 1u]);
+    let mixed = vec2<u32>(counted[C_MIXED], counted[C_MIXED + 1u]);
     classified[14] = mixed.x;
     classified[15] = mixed.y;
     groups += (vec2<u32>(mixed.x, mixed.x + mixed.y) + params.tile_area - 1u) / params.tile_area;
@@ -75,12 +92,4 @@ fn finish() {
     classified[17] = argue(9u, groups.y);
     classified[18] = params.phase;
 #endif
-#ifdef STATISTICS
-    for (var i = 0u; i < 20u; i++) {
-        statistics[i] = counters[C_STATISTICS + i];
-    }
-#endif
-    for (var i = 0u; i < 64u; i++) {
-        counters[i] = 0u;
-    }
 }

@@ -18,12 +18,15 @@ pub(crate) struct Source {
     pub(crate) text: &'static str,
 }
 
-/// Names a file in `shaders/`.
+/// Names a file in `shaders/`, and files that hold its rooms.
 macro_rules! shader {
-    ($name:literal) => {
+    ($name:literal $(, $room:literal)* $(,)?) => {
         $crate::kernel::Source {
             name: $name,
-            text: include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/shaders/", $name)),
+            text: concat!(
+                include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/shaders/", $name)),
+                $("\n", include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/shaders/", $room)),)*
+            ),
         }
     };
 }

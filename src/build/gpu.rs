@@ -9,6 +9,7 @@ use super::{BuildOptions, CoordLayout, ListLayout, primary::Order, statistics::S
 use crate::{
     coverage::{Normals, Sky, Textures},
     kernel::{self, shader},
+    rate::Rate,
     sri::SriLayout,
 };
 
@@ -275,12 +276,45 @@ impl Sizes {
     }
 }
 
+/// The kernel, with its rooms. Groups within a quad are found in registers.
+pub(crate) const KERNEL: kernel::Source = shader!(
+    "build.wgsl",
+    "build/bindings.wgsl",
+    "build/coverage.wgsl",
+    "build/rates.wgsl",
+    "build/order.wgsl",
+    "build/quads.wgsl",
+    "build/groups.wgsl",
+);
+
+/// Whether no group is larger than a quad, and the tile's quads are the picture's.
+fn is_local(options: &BuildOptions) -> bool {
+    options.largest.is_within(Rate::R2X2) && !options.is_odd()
+}
+
+/// How many tiles, beside one another, a workgroup builds: as many as make 256 invocations, and sixteen at most. Samples of
+/// coverage fill its memory with one.
+fn tiles_together(options: &BuildOptions) -> u32 {
+    let [across, down] = options.quads();
+    match options.coverage.is_empty() {
+        true => (256 / (across * down)).clamp(1, 16),
+        false => 1,
+    }
+}
+
+/// The workgroups of the builder's dispatch.
+pub(crate) fn groups(options: &BuildOptions, extent: [u32; 2]) -> [u32; 2] {
+    let [across, down] = CoordLayout::new(extent, options).tiles;
+    [across.div_ceil(tiles_together(options)), down]
+}
+
 /// What the kernels are compiled with.
 pub(crate) fn defs(options: &BuildOptions) -> Vec<(&'static str, u32)> {
     let (modes, coverage) = (options.modes, &options.coverage);
     let mut defs = vec![
         ("TILE_WIDTH", options.tile[0]),
         ("TILE_HEIGHT", options.tile[1]),
+        ("TILES", tiles_together(options)),
     ];
     let switches = [
         ("TILED", modes.tiled),
@@ -292,6 +326,7 @@ pub(crate) fn defs(options: &BuildOptions) -> Vec<(&'static str, u32)> {
         ("COUNTERS", has_counters(options)),
         ("ARGUMENTS", has_lists(options)),
         ("ODD", options.is_odd()),
+        ("LOCAL", is_local(options)),
         ("WHOLE_WORDS", options.tile[0].is_multiple_of(8)),
         (
             "ONE_PLANE",
@@ -351,7 +386,7 @@ impl Builder {
         let defs = defs(&options);
         Builder {
             options,
-            build: Kernel::new(device, shader!("build.wgsl"), "build", &defs, &build),
+            build: Kernel::new(device, KERNEL, "build", &defs, &build),
             finish: has_counters(&options)
                 .then(|| Kernel::new(device, shader!("finish.wgsl"), "finish", &defs, &finish)),
         }
@@ -412,7 +447,7 @@ impl Builder {
 
     /// Records the build into a compute pass.
     pub fn record(&self, pass: &mut wgpu::ComputePass, bound: &BoundBuilder, extent: [u32; 2]) {
-        let [x, y] = CoordLayout::new(extent, &self.options).tiles;
+        let [x, y] = groups(&self.options, extent);
         pass.set_pipeline(&self.build.pipeline);
         pass.set_bind_group(0, &bound.group, &[]);
         pass.dispatch_workgroups(x, y, 1);
@@ -462,7 +497,11 @@ impl Kernel {
             layout: Some(&pipeline_layout),
             module: &module,
             entry_point: Some(entry),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            // they set what they share before they read it
+            compilation_options: wgpu::PipelineCompilationOptions {
+                zero_initialize_workgroup_memory: false,
+                ..wgpu::PipelineCompilationOptions::default()
+            },
             cache: None,
         });
         Kernel {

@@ -120,9 +120,9 @@ fn builder(size: [u32; 2]) -> Result<Value, WebError> {
     let sri = SriLayout::new(size[0], size[1]);
     let params = build::gpu::params(&options, [size[0], size[1], 1], Order::Fixed);
     Ok(json!({
-        "text": text(shader!("build.wgsl"), &build::gpu::defs(&options))?,
+        "text": text(build::gpu::KERNEL, &build::gpu::defs(&options))?,
         "entry": "build",
-        "groups": layout.tiles,
+        "groups": build::gpu::groups(&options, size),
         "words": layout.words(),
         "params": words(&params),
         "tile": options.tile,
