@@ -33,7 +33,17 @@ macro_rules! shader {
 pub(crate) use shader;
 
 /// Modules that kernels import: each after those that it imports itself.
-const MODULES: &[Source] = &[shader!("rate.wgsl"), shader!("depth.wgsl")];
+const MODULES: &[Source] = &[
+    shader!("rate.wgsl"),
+    shader!("depth.wgsl"),
+    shader!("analyse/params.wgsl"),
+    shader!("analyse/fixed.wgsl"),
+    shader!("analyse/pictures.wgsl"),
+    shader!("analyse/source.wgsl"),
+    shader!("analyse/cells.wgsl"),
+    shader!("analyse/sums.wgsl"),
+    shader!("analyse/rates.wgsl"),
+];
 
 /// Composes a kernel.
 ///
@@ -74,6 +84,37 @@ fn add_module(composer: &mut Composer, module: Source) {
     if let Err(error) = added {
         let message = error.emit_to_string(composer);
         unreachable!("{}: {message}", module.name);
+    }
+}
+
+/// Makes a shader module of a kernel whose loops are not counted: wgpu would end each after 2^64 rounds, and the compiler then unrolls
+/// none. Indices are checked as everywhere.
+///
+/// # Safety
+/// Every loop of the kernel has to end, whatever it reads.
+pub(crate) unsafe fn trusted_module(
+    device: &wgpu::Device,
+    source: Source,
+    defs: Defs,
+) -> wgpu::ShaderModule {
+    let descriptor = wgpu::ShaderModuleDescriptor {
+        label: Some(source.name),
+        source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(compose(source, defs))),
+    };
+    let checks = wgpu::ShaderRuntimeChecks {
+        force_loop_bounding: false,
+        bounds_checks: std::env::var_os("VRCS_UNCHECKED").is_none(),
+        ..wgpu::ShaderRuntimeChecks::checked()
+    };
+    // SAFETY: the caller's, as above
+    unsafe { device.create_shader_module_trusted(descriptor, checks) }
+}
+
+/// Pipelines of kernels that write their workgroup memory before they read it, so that it need not be zeroed first.
+pub(crate) fn compilation_options() -> wgpu::PipelineCompilationOptions<'static> {
+    wgpu::PipelineCompilationOptions {
+        zero_initialize_workgroup_memory: false,
+        ..wgpu::PipelineCompilationOptions::default()
     }
 }
 

@@ -7,7 +7,7 @@ use std::fmt;
 
 use crate::analyse::{
     half::HalfResolution,
-    integer::root_shift,
+    integer::count,
     own::OwnRates,
     settings::{Blur, Difference, Form, Norm, Pairs, Settings, Smoothing, Stability, Weights},
 };
@@ -307,7 +307,7 @@ impl Plan {
         }];
         if passes[0].effects.contains(&"WRITE_LUMA") {
             let mut luma = passes[0].clone();
-            luma.kernel = "analyse.wgsl (write_luma)";
+            luma.kernel = "write_luma.wgsl";
             passes.push(luma);
         }
         let smooth = |effect| {
@@ -383,33 +383,58 @@ impl Plan {
     pub(crate) fn defs(&self) -> Vec<(&'static str, u32)> {
         let effects = &self.passes[0].effects;
         let mut defs: Vec<(&'static str, u32)> = effects.iter().map(|&name| (name, 1)).collect();
-        let pairs = match self.settings.content.pairs {
-            Pairs::All => 12,
-            Pairs::Interleaved => 6,
-            Pairs::SubSampled | Pairs::Quad => 2,
-            Pairs::Sobel => 4,
-        };
-        let square_shift = match self.settings.content.norm {
-            Norm::Root => root_shift(self.settings.content.form),
-            _ => 54,
-        };
-        defs.push(("SQUARE_SHIFT", square_shift as u32));
-        defs.push(("PAIRS", pairs));
-        defs.push(("TILE_HEIGHT", self.tile_height()));
+        let content = &self.settings.content;
+        let has = |name: &str| effects.contains(&name);
+        let has_doubt = has("REPROJECTION") || self.scene.colour == ColourForm::Linear;
+        let derived = [
+            // the sums of four quads are made together
+            (
+                "SHARED_SUMS",
+                content.pairs == Pairs::All
+                    && content.norm != Norm::LInf
+                    && !has("CHANNELS")
+                    && !has("PAIRWISE"),
+            ),
+            // a pixel may have no source, or no luma
+            ("DOUBT", has_doubt),
+            // a quad may be at full rate whatever its content
+            (
+                "FULL_RATES",
+                has_doubt || has("FLAGS") || has("MATERIALS"),
+            ),
+            // squares of pixels have more than their lumas
+            ("ASIDES", has_doubt || has("MOTION")),
+            (
+                "LOCAL_TOLERANCE",
+                has("SAFE_AREA") || has("FOVEATION") || has("MATERIALS"),
+            ),
+            ("SQUARED", matches!(content.norm, Norm::L2 | Norm::Root)),
+        ];
+        defs.extend(derived.iter().filter(|d| d.1).map(|&(name, _)| (name, 1)));
+        defs.push(("PAIRS", count(content.pairs)));
+        let [width, height] = self.tile();
+        defs.push(("TILE_WIDTH", width));
+        defs.push(("TILE_HEIGHT", height));
+        defs.push(("PLANES", self.planes()));
         defs
     }
 
-    /// The height of a workgroup's pixels: what fits into 16 KiB of workgroup memory.
-    pub(crate) fn tile_height(&self) -> u32 {
+    /// Halves of a word that workgroup memory holds for a pixel.
+    fn planes(&self) -> u32 {
         let has = |name: &str| self.passes[0].effects.contains(&name);
-        let words = 1
-            + u32::from(has("CHANNELS")) * (1 + 2 * u32::from(has("TRANSPARENTS")))
-            + u32::from(has("MOTION"));
-        match words {
+        let channels = if has("CHANNELS") { 4 } else { 1 };
+        channels * if has("TRANSPARENTS") { 2 } else { 1 }
+    }
+
+    /// The width and height of a workgroup's pixels: what fits into 16 KiB of workgroup memory and 256 invocations.
+    pub(crate) fn tile(&self) -> [u32; 2] {
+        let height = match self.planes() {
             1 => 32,
-            2 | 3 => 16,
-            _ => 8,
-        }
+            2 => 16,
+            4 => 8,
+            _ => 4,
+        };
+        [128, height]
     }
 
     /// As JSON.

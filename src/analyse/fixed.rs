@@ -35,7 +35,7 @@ pub fn factor_up(value: f64) -> u32 {
     }
 }
 
-/// A magnitude without overflow: `m · 2^e`, m at most 2^15.
+/// A magnitude without overflow: `m · 2^e`, m at most 2^15, but for a [product](Mag::product).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Mag {
     m: u32,
@@ -63,22 +63,24 @@ impl Mag {
         }
     }
 
+    /// The product, exact: its mantissa may have 30 bits, so it can be compared, not multiplied.
+    pub fn product(self, other: Mag) -> Mag {
+        Mag {
+            m: self.m * other.m,
+            e: self.e + other.e,
+        }
+    }
+
     /// The product, rounded up.
     pub fn times_above(self, other: Mag) -> Mag {
-        let product = Mag::above(self.m * other.m);
-        Mag {
-            m: product.m,
-            e: product.e + self.e + other.e,
-        }
+        let product = self.product(other);
+        Mag::above(product.m).scaled(product.e)
     }
 
     /// The product, rounded down.
     pub fn times_below(self, other: Mag) -> Mag {
-        let product = Mag::below(self.m * other.m);
-        Mag {
-            m: product.m,
-            e: product.e + self.e + other.e,
-        }
+        let product = self.product(other);
+        Mag::below(product.m).scaled(product.e)
     }
 
     /// Times a power of two.
@@ -89,12 +91,27 @@ impl Mag {
         }
     }
 
-    /// Whether this is surely less.
+    /// Whether this is less: exact, for mantissas of up to 30 bits.
     pub fn is_less(self, other: Mag) -> bool {
+        let (a, b) = (u64::from(self.m), u64::from(other.m));
         let apart = self.e - other.e;
         match apart >= 0 {
-            true => apart <= 16 && self.m << apart < other.m || self.m == 0 && other.m > 0,
-            false => other.m << (-apart).min(16) > self.m,
+            true => a << apart.min(31) < b || a == 0 && b > 0,
+            false => b << (-apart).min(31) > a,
+        }
+    }
+
+    /// In one word, as tables and parameters have it: the mantissa in the low 16 bits, the exponent above them.
+    pub fn packed(self) -> u32 {
+        debug_assert!(self.m <= 1 << 15 && (0..256).contains(&self.e), "{self:?}");
+        self.m | (self.e as u32) << 16
+    }
+
+    /// What [`packed`](Mag::packed) made a word of.
+    pub fn unpacked(word: u32) -> Mag {
+        Mag {
+            m: word & 0xffff,
+            e: (word >> 16) as i32,
         }
     }
 }
@@ -180,8 +197,13 @@ mod tests {
                     let (x, y) = (Mag::above(a).scaled(shift), Mag::below(b));
                     assert_eq!(x.is_less(y), value(x) < value(y), "{a} << {shift} < {b}");
                 }
-                let product = value(Mag::above(a).times_above(Mag::above(b)));
-                assert!(product >= exact * f64::from(b));
+                let (x, y) = (Mag::above(a), Mag::above(b));
+                assert!(value(x.times_above(y)) >= exact * f64::from(b));
+                assert_eq!(value(x.product(y)), value(x) * value(y));
+                for other in numbers {
+                    let (up, down) = (x.product(y), Mag::below(other).product(y));
+                    assert_eq!(up.is_less(down), value(up) < value(down), "{a} {b} {other}");
+                }
             }
         }
     }

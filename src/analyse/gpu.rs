@@ -121,7 +121,8 @@ pub(super) fn pipeline_of(
     defs: kernel::Defs,
     entry: &str,
 ) -> wgpu::ComputePipeline {
-    let module = kernel::shader_module(device, source, defs);
+    // SAFETY: all loops of these kernels run to constants
+    let module = unsafe { kernel::trusted_module(device, source, defs) };
     let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: Some(source.name),
         bind_group_layouts: &[Some(layout)],
@@ -132,7 +133,7 @@ pub(super) fn pipeline_of(
         layout: Some(&pipeline_layout),
         module: &module,
         entry_point: Some(entry),
-        compilation_options: wgpu::PipelineCompilationOptions::default(),
+        compilation_options: kernel::compilation_options(),
         cache: None,
     })
 }
@@ -157,7 +158,7 @@ impl Analysis {
             pipeline_of(
                 device,
                 &layout,
-                shader!("analyse.wgsl"),
+                shader!("write_luma.wgsl"),
                 &plan.defs(),
                 "write_luma",
             )
@@ -313,13 +314,10 @@ impl Analysis {
     /// Records the analysis of a frame into a compute pass.
     pub fn record(&self, pass: &mut wgpu::ComputePass, bound: &BoundAnalysis, frame: &Frame) {
         let size = frame.size;
+        let [width, height] = self.plan.tile();
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &bound.group, &[]);
-        pass.dispatch_workgroups(
-            size[0].div_ceil(64),
-            size[1].div_ceil(self.plan.tile_height()),
-            1,
-        );
+        pass.dispatch_workgroups(size[0].div_ceil(width), size[1].div_ceil(height), 1);
         if let Some(luma) = &self.luma {
             let [width, height] = frame.previous_size;
             pass.set_pipeline(luma);

@@ -147,7 +147,7 @@ fn load(
 
 /// What brings both sides of [`Norm::Root`]'s comparison to one unit, as a power of two: relative differences have four bits less
 /// than lumas, and their threshold, which is squared, as well.
-pub(crate) fn root_shift(form: Form) -> i32 {
+pub(super) fn root_shift(form: Form) -> i32 {
     match form {
         Form::Pairwise { .. } => 65,
         Form::Window | Form::Absolute => 69,
@@ -187,7 +187,7 @@ pub(super) fn pairs(
 }
 
 /// How many pairs there are on an axis.
-pub(super) fn count(pairs: Pairs) -> u32 {
+pub(crate) fn count(pairs: Pairs) -> u32 {
     match pairs {
         Pairs::All => 12,
         Pairs::Interleaved => 6,
@@ -256,43 +256,26 @@ impl Numbers for Integers<'_> {
 
     fn is_below(&self, window: &Window, axis: usize, log2: u8, place: &Place, again: bool) -> bool {
         let params = self.params;
-        let entry = self.tables[TABLE_SPEEDS + place.speed[axis] as usize];
-        let (b, factors) = match log2 {
-            1 => (entry & 0xffff, params.half),
-            _ => (entry >> 16, params.quarter),
+        let content = &self.settings.content;
+        let entry = TABLE_SPEEDS + 2 * place.speed[axis] as usize + usize::from(log2 > 1);
+        let reach = match log2 {
+            1 => params.reach_half,
+            _ => params.reach_quarter,
         };
-        let base = match self.settings.content.form {
+        let reach = Mag::unpacked(reach[usize::from(place.previous[axis].min(2))]);
+        let base = Mag::below(match content.form {
             Form::Window => window.luma + 16 * params.ambient,
             Form::Pairwise { .. } => ONE,
             Form::Absolute => 16 * ONE,
+        });
+        let base = match content.norm {
+            Norm::L1 | Norm::LInf => base,
+            Norm::L2 | Norm::Root => base.times_below(base),
         };
-        let threshold = Mag::below(base)
-            .times_below(Mag::below(params.threshold))
-            .times_below(Mag::below(self.tolerance(place, again)))
-            .times_below(Mag::below(
-                factors[usize::from(place.previous[axis].min(2))],
-            ));
-        let b = Mag::above(b);
         let error = Mag::above(window.errors[axis]);
-        let n = Mag::below(count(self.settings.content.pairs));
-        match self.settings.content.norm {
-            Norm::L1 => b
-                .times_above(error)
-                .scaled(3 + 24)
-                .is_less(threshold.times_below(n)),
-            Norm::LInf => b.times_above(error).scaled(3 + 24).is_less(threshold),
-            // the mean of halves against the square of the threshold
-            Norm::Root => b
-                .times_above(b)
-                .times_above(error)
-                .scaled(root_shift(self.settings.content.form))
-                .is_less(threshold.times_below(threshold).times_below(n)),
-            Norm::L2 => b
-                .times_above(b)
-                .times_above(error)
-                .scaled(6 + 48)
-                .is_less(threshold.times_below(threshold).times_below(n)),
-        }
+        let limit = params::limit(reach, self.tolerance(place, again), content);
+        let error = error.product(Mag::unpacked(self.tables[entry]));
+        error.is_less(base.product(limit))
     }
 
     fn error(&self, window: &Window, axis: usize) -> f64 {

@@ -3,10 +3,11 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::{
-    fixed, hysteresis,
+    fixed::{self, Mag},
+    hysteresis,
     inputs::Frame,
-    luma, motion,
-    settings::{Blur, Form, Settings, Stability, Transfer, curve},
+    integer, luma, motion,
+    settings::{Blur, Content, Form, Norm, Settings, Stability, Transfer, curve},
 };
 use crate::{rate::Rate, sri::SriLayout};
 
@@ -28,12 +29,15 @@ pub struct Params {
     pub speed_scale: [f32; 2],
     /// 1/512 previous pixels for one unit of a motion vector, from now to before.
     pub offset_scale: [f32; 2],
-    /// Factors on t: half rate after a previous 1, 2, 4; then room.
-    pub half: [u32; 4],
-    /// Factors on t: quarter rate after a previous 1, 2, 4; then room.
-    pub quarter: [u32; 4],
-    /// t, a factor.
-    pub threshold: u32,
+    /// t times the factor of stability, packed ([`Mag::packed`]): half rate after a previous 1, 2, 4; then room.
+    pub reach_half: [u32; 4],
+    /// The same of the quarter rate.
+    pub reach_quarter: [u32; 4],
+    /// What the base is compared with under the tolerance that holds everywhere, packed ([`limit`]): half rate after a previous 1, 2,
+    /// 4; then room.
+    pub limit_half: [u32; 4],
+    /// The same of the quarter rate.
+    pub limit_quarter: [u32; 4],
     /// l, in units of luma.
     pub ambient: u32,
     /// C of the pairwise form, in units of luma.
@@ -60,10 +64,10 @@ pub struct Params {
     pub half_fast: u32,
     /// Whether there is history.
     pub has_history: u32,
-    /// Where one looks, in pixels.
-    pub centre: [i32; 2],
     /// Entries of the falloff for a squared distance, in 1/2^32.
     pub falloff_scale: u32,
+    /// Where one looks, in pixels.
+    pub centre: [i32; 2],
     /// The least difference of inverse depth that means disocclusion, in 1/65536 of the smaller.
     pub depth_tolerance: u32,
     /// Near over far, in 1/2^30.
@@ -72,16 +76,12 @@ pub struct Params {
     pub reversed_z: u32,
     /// Words in a row of the previous frame's rates.
     pub previous_pitch: u32,
-    /// Room to a multiple of 16 bytes.
-    pub room: [u32; ROOM],
 }
-
-const ROOM: usize = 3;
 
 /// Where things are in the table buffer, in words.
 pub const TABLE_SPEEDS: usize = 256;
 /// The falloff's start.
-pub const TABLE_FALLOFF: usize = TABLE_SPEEDS + motion::SPEEDS as usize;
+pub const TABLE_FALLOFF: usize = TABLE_SPEEDS + 2 * motion::SPEEDS as usize;
 /// The falloff's entries: over the squared distance, up to 4 times half the height.
 pub const FALLOFF: usize = 256;
 
@@ -114,8 +114,9 @@ impl Params {
     pub fn new(settings: &Settings, inputs: &Frame) -> Params {
         let [width, height] = inputs.size;
         let content = &settings.content;
-        let factors = |log2: u8| -> [u32; 4] {
-            std::array::from_fn(|had| match (settings.stability, had) {
+        let threshold = Mag::below(fixed::factor(content.threshold));
+        let reach = |log2: u8| -> [Mag; 4] {
+            let factors: [u32; 4] = std::array::from_fn(|had| match (settings.stability, had) {
                 (Stability::None, _) | (_, 3) => fixed::FACTOR_ONE,
                 (Stability::Compensate, had) => {
                     fixed::factor(hysteresis::swell(content, had as u8))
@@ -127,8 +128,12 @@ impl Params {
                         false => fixed::factor(1.0 - epsilon),
                     }
                 }
-            })
+            });
+            factors.map(|factor| threshold.times_below(Mag::below(factor)))
         };
+        let reaches = [reach(1), reach(2)];
+        let tolerance = fixed::factor(curve(&settings.overshoot, inputs.resolution_scale));
+        let limits = reaches.map(|of| of.map(|reach| limit(reach, tolerance, content).packed()));
         let motion = settings.motion.unwrap_or_default();
         let steps = |axis: usize| match motion.blur {
             Blur::Ladder(_) => 8192.0 / f64::from(inputs.size[axis]),
@@ -157,16 +162,17 @@ impl Params {
                 let ratio = f64::from(inputs.previous_size[axis]) / f64::from(inputs.size[axis]);
                 (motion.scale[axis] * ratio * -512.0) as f32
             }),
-            half: factors(1),
-            quarter: factors(2),
-            threshold: fixed::factor(content.threshold),
+            reach_half: reaches[0].map(Mag::packed),
+            reach_quarter: reaches[1].map(Mag::packed),
+            limit_half: limits[0],
+            limit_quarter: limits[1],
             ambient: units(content.ambient),
             sensitivity: match content.form {
                 Form::Window | Form::Absolute => 0,
                 Form::Pairwise { sensitivity } => units(sensitivity),
             },
             white_log2: content.white_log2,
-            tolerance: fixed::factor(curve(&settings.overshoot, inputs.resolution_scale)),
+            tolerance,
             safe_width: safe.width,
             safe_tolerance: fixed::factor(safe.tolerance),
             largest: u32::from(settings.largest.code()),
@@ -187,13 +193,38 @@ impl Params {
             reversed_z: u32::from(reprojection.reversed_z),
             previous_pitch: SriLayout::new(inputs.previous_size[0], inputs.previous_size[1]).pitch
                 / 4,
-            room: [0; ROOM],
         }
     }
 
     /// The largest rate.
     pub fn largest_rate(&self) -> Rate {
         Rate::from_code_or_full(self.largest as u8)
+    }
+}
+
+/// What the base is multiplied by before an error is compared with it, rounded down: the reach under a tolerance, for as many pairs as
+/// there are, and squared where the errors are.
+pub fn limit(reach: Mag, tolerance: u32, content: &Content) -> Mag {
+    let limit = reach.times_below(Mag::below(tolerance));
+    let pairs = Mag::below(integer::count(content.pairs));
+    match content.norm {
+        Norm::L1 => limit.times_below(pairs),
+        Norm::LInf => limit,
+        Norm::L2 | Norm::Root => limit.times_below(limit).times_below(pairs),
+    }
+}
+
+/// What an error is multiplied by before it is compared, rounded up: b as a factor, squared where errors are, with all powers of two by
+/// which the units of the two sides differ.
+fn coefficient(b: u32, content: &Content) -> Mag {
+    let b = Mag::above(b);
+    match content.norm {
+        Norm::L1 | Norm::LInf => b.scaled(3 + 24),
+        // the mean of halves against the square of the threshold
+        Norm::Root => b
+            .times_above(b)
+            .scaled(integer::root_shift(content.form)),
+        Norm::L2 => b.times_above(b).scaled(6 + 48),
     }
 }
 
@@ -211,7 +242,8 @@ pub fn luma_pitch(width: u32) -> u32 {
     width.max(1).next_multiple_of(crate::sri::ROW_ALIGNMENT)
 }
 
-/// The table buffer: linear light of 8-bit codes, b_H and b_Q over speed, tolerance over squared distance.
+/// The table buffer: linear light of 8-bit codes; over speed, two words: what errors are multiplied by for the half and the quarter rate,
+/// packed ([`Mag::packed`]), or where motion alone decides what [`motion::table`] has; tolerance over squared distance.
 pub fn tables(settings: &Settings, is_sqrt_luma: bool, resolution_scale: f64) -> Vec<u32> {
     let content = &settings.content;
     let linear = |code: u32| {
@@ -231,12 +263,17 @@ pub fn tables(settings: &Settings, is_sqrt_luma: bool, resolution_scale: f64) ->
         let foveation = settings.foveation.as_ref();
         fixed::factor(foveation.map_or(1.0, |f| f.tolerance(distance, resolution_scale)))
     });
+    let blur = settings.motion.map(|motion| motion.blur);
+    let is_motion_only = matches!(blur, Some(Blur::Standalone { .. } | Blur::Ladder(_)));
+    let speeds = motion::table(blur, content.threshold, content.k);
+    let speeds = speeds.into_iter().flat_map(|entry| {
+        [entry & 0xffff, entry >> 16].map(|b| match is_motion_only {
+            true => b,
+            false => coefficient(b, content).packed(),
+        })
+    });
     codes
-        .chain(motion::table(
-            settings.motion.map(|motion| motion.blur),
-            content.threshold,
-            content.k,
-        ))
+        .chain(speeds)
         .chain(falloff)
         .collect()
 }

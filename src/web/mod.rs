@@ -168,7 +168,7 @@ fn analysis(size: [u32; 2]) -> Result<Value, WebError> {
     Ok(json!({
         "text": text(shader!("analyse.wgsl"), &plan.defs())?,
         "entry": "analyse",
-        "groups": [size[0].div_ceil(64), size[1].div_ceil(plan.tile_height())],
+        "groups": [size[0].div_ceil(plan.tile()[0]), size[1].div_ceil(plan.tile()[1])],
         "bindings": {
             "params": index(Binding::Params),
             "tables": index(Binding::Tables),

@@ -1,0 +1,133 @@
+// Where a pixel comes from, whether that is known, and how fast it moves.
+#define_import_path vrcs::analyse::source
+
+#import vrcs::analyse::params::{params, SPEEDS}
+#import vrcs::depth::{high_product, inverse_distance, NO_DEPTH}
+
+#ifdef MOTION
+@group(0) @binding(7) var motion: texture_2d<f32>;
+#endif
+#ifdef DEPTH
+@group(0) @binding(8) var depth: texture_2d<f32>;
+@group(0) @binding(9) var depth_before: texture_2d<f32>;
+#endif
+#ifdef FLAGS
+@group(0) @binding(13) var marks: texture_2d<u32>;
+#endif
+#ifdef BLUR
+// how wide a later blur is, in pixels
+@group(0) @binding(15) var blur: texture_2d<f32>;
+#endif
+
+// Doubt.
+const SURE: u32 = 0u;
+const INVALID: u32 = 1u;
+const OFF_SCREEN: u32 = 2u;
+const DISOCCLUDED: u32 = 3u;
+
+// In 1/256 previous pixels, without motion.
+fn position_of(p: vec2<u32>) -> vec2<u32> {
+    let centre = p * 256u + 128u;
+    if all(params.ratio == vec2<u32>(1u << 24u)) {
+        return centre;
+    }
+    return vec2<u32>(high_product(centre.x << 8u, params.ratio.x), high_product(centre.y << 8u, params.ratio.y));
+}
+
+// The pixel of the previous picture that a pixel shows if nothing moves: each axis for itself.
+fn still_source(p: vec2<u32>) -> vec2<u32> {
+    return min(position_of(p) >> vec2<u32>(8u), params.previous - 1u);
+}
+
+#ifdef DEPTH
+fn inverse_depth(value: f32) -> u32 {
+    return inverse_distance(value, params.depth_offset, params.reversed_z != 0u);
+}
+
+fn is_hidden(now: u32, then: u32) -> bool {
+    if now == NO_DEPTH || then == NO_DEPTH {
+        return true;
+    }
+    return max(now, then) - min(now, then) > high_product(min(now, then), params.depth_tolerance << 16u);
+}
+#endif
+
+#ifdef REPROJECTION
+// The pixel of the previous picture that a pixel shows, and doubt.
+fn moved_source(p: vec2<u32>) -> vec3<u32> {
+    var position = vec2<i32>(position_of(p));
+    var doubt = SURE;
+    let offset = textureLoad(motion, vec2<i32>(p), 0).xy * params.offset_scale;
+    // a magnitude below 2^23 surely is a number that fits
+    if any((bitcast<vec2<u32>>(offset) & vec2<u32>(0x7fffffffu)) >= vec2<u32>(0x4b000000u)) {
+        doubt = OFF_SCREEN;
+    } else {
+        position += (vec2<i32>(floor(offset)) + 1) >> vec2<u32>(1u);
+        if any(position < vec2<i32>(0)) || any((position >> vec2<u32>(8u)) >= vec2<i32>(params.previous)) {
+            doubt = OFF_SCREEN;
+        }
+    }
+    let past = min(vec2<u32>(max(position >> vec2<u32>(8u), vec2<i32>(0))), params.previous - 1u);
+#ifdef DEPTH
+    if doubt == SURE {
+        let now = inverse_depth(textureLoad(depth, vec2<i32>(p), 0).x);
+        let then = inverse_depth(textureLoad(depth_before, vec2<i32>(past), 0).x);
+        if is_hidden(now, then) {
+            doubt = DISOCCLUDED;
+        }
+    }
+#endif
+    return vec3<u32>(past, doubt);
+}
+#endif
+
+#ifdef MOTION
+const INFINITE: u32 = 0x7f800000u;
+
+// The index of a speed whose magnitude has these bits.
+fn speed_index(bits: u32, scale: f32) -> u32 {
+    let steps = bitcast<f32>(bits) * scale;
+    if bits == INFINITE || steps >= f32(SPEEDS - 1u) {
+        return SPEEDS - 1u;
+    }
+    return u32(steps);
+}
+
+// The bits of magnitudes; no number stands still.
+fn magnitudes(vector: vec2<f32>) -> vec2<u32> {
+    let bits = bitcast<vec2<u32>>(vector) & vec2<u32>(0x7fffffffu);
+    return select(bits, vec2<u32>(0u), bits > vec2<u32>(INFINITE));
+}
+
+// What the least speed of pixels is found by: magnitudes of motion, which grow as speeds do, so that one speed of four need be worked
+// out; or speeds, where the width of a blur has to be compared.
+fn speed_key(p: vec2<u32>) -> vec2<u32> {
+    var key = magnitudes(textureLoad(motion, vec2<i32>(p), 0).xy);
+#ifdef FLAGS
+    if (textureLoad(marks, vec2<i32>(p), 0).x & 1u) != 0u {
+        key = vec2<u32>(0u);
+    }
+#endif
+#ifdef BLUR
+    let width = speed_index(magnitudes(textureLoad(blur, vec2<i32>(p), 0).xx).x, 16.0);
+    key = max(speeds_of(key), vec2<u32>(width));
+#endif
+    return key;
+}
+
+fn speeds_of(magnitude: vec2<u32>) -> vec2<u32> {
+    return vec2<u32>(
+        speed_index(magnitude.x, params.speed_scale.x),
+        speed_index(magnitude.y, params.speed_scale.y),
+    );
+}
+
+// Speeds of a key.
+fn speeds_of_key(key: vec2<u32>) -> vec2<u32> {
+#ifdef BLUR
+    return key;
+#else
+    return speeds_of(key);
+#endif
+}
+#endif
