@@ -103,7 +103,6 @@ pub(crate) unsafe fn trusted_module(
     };
     let checks = wgpu::ShaderRuntimeChecks {
         force_loop_bounding: false,
-        bounds_checks: std::env::var_os("VRCS_UNCHECKED").is_none(),
         ..wgpu::ShaderRuntimeChecks::checked()
     };
     // SAFETY: the caller's, as above

@@ -398,10 +398,7 @@ impl Plan {
             // a pixel may have no source, or no luma
             ("DOUBT", has_doubt),
             // a quad may be at full rate whatever its content
-            (
-                "FULL_RATES",
-                has_doubt || has("FLAGS") || has("MATERIALS"),
-            ),
+            ("FULL_RATES", has_doubt || has("FLAGS") || has("MATERIALS")),
             // squares of pixels have more than their lumas
             ("ASIDES", has_doubt || has("MOTION")),
             (

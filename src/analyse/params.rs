@@ -221,9 +221,7 @@ fn coefficient(b: u32, content: &Content) -> Mag {
     match content.norm {
         Norm::L1 | Norm::LInf => b.scaled(3 + 24),
         // the mean of halves against the square of the threshold
-        Norm::Root => b
-            .times_above(b)
-            .scaled(integer::root_shift(content.form)),
+        Norm::Root => b.times_above(b).scaled(integer::root_shift(content.form)),
         Norm::L2 => b.times_above(b).scaled(6 + 48),
     }
 }
@@ -272,8 +270,5 @@ pub fn tables(settings: &Settings, is_sqrt_luma: bool, resolution_scale: f64) ->
             false => coefficient(b, content).packed(),
         })
     });
-    codes
-        .chain(speeds)
-        .chain(falloff)
-        .collect()
+    codes.chain(speeds).chain(falloff).collect()
 }
