@@ -121,7 +121,7 @@ pub(super) fn pipeline_of(
     defs: kernel::Defs,
     entry: &str,
 ) -> wgpu::ComputePipeline {
-    // SAFETY: all loops of these kernels run to constants
+    // SAFETY: no loop of these kernels has more rounds than a constant says
     let module = unsafe { kernel::trusted_module(device, source, defs) };
     let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: Some(source.name),
