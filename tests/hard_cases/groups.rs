@@ -27,7 +27,7 @@ pub const FAMILY: Family = Family {
             name: "tiles with 0, 1, 31, 32, 33, 223, 224, 225, 255 and 256 primaries",
             hazard: "a count of 8 bits wraps 256 to 0, which means sky; 224 and 225 fall on different sides of the rule",
             bound: "the header counts each; only a tile that is full is an identity, and only one without cover is sky",
-            guard: "Header has 9 bits for a count; with & 0xff the tile of 256 counts 0",
+            guard: "the sky flag of TileBuild::finish is told by a count of 9 bits; with `covered & 0xff == 0` the tile of 256 is sky",
             run: counts,
         },
         Case {
@@ -35,7 +35,7 @@ pub const FAMILY: Family = Family {
             name: "all 16 covers of a quad, at every rate, in every phase",
             hazard: "the primary of a rotation is a pixel that nothing covers",
             bound: "each pixel's primary is covered as it is, is its own primary, and lies in its block; each pixel of a pair and of three is primary in some frame",
-            guard: "Order::first takes the first of what is left; `flip` alone as the place gives uncovered primaries",
+            guard: "Order::first takes the first of what is left; with `flip` alone as the place pixel 15 has pixel 0 for its primary (tried)",
             run: rotation,
         },
         Case {
@@ -51,7 +51,7 @@ pub const FAMILY: Family = Family {
             name: "1 to 16 rays among 1 to 16 pixels: 20,000 frames each of stochastic rounding",
             hazard: "n / (1 + copies) is 0 for few rays; truncation loses rays, and rounding up makes light",
             bound: "never 0; the mean of rays times weight lies within 5 standard errors, computed from the coin's own variance, of n",
-            guard: "graded::share tosses a coin for the remainder; without `more` 3 rays among 2 pixels are 2 on average",
+            guard: "graded::share tosses a coin for the remainder; without `more` 3 rays among 2 pixels are 2 on average, 200 standard errors off (tried)",
             run: rays,
         },
         Case {

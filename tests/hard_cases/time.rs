@@ -19,7 +19,7 @@ pub const FAMILY: Family = Family {
             name: "the first frame, a cut, and a resolution that changes in every frame",
             hazard: "stale history at the wrong place: corrupted rates",
             bound: "no history: all 1x1; another size: the same rates at the same place of the picture",
-            guard: "params.has_history and params.ratio; with a ratio of 1 stripes lie where the old size had them",
+            guard: "params.has_history and params.ratio; with a ratio of 1 stripes lie where the old size had them (tried: column 14 of 48×28)",
             run: history,
         },
         Case {
@@ -43,7 +43,7 @@ pub const FAMILY: Family = Family {
             name: "cameras whose matrices put the world behind them, are singular, or hold NaN and ∞",
             hazard: "w ≤ 0 mirrors a place into the picture; a division by zero lands anywhere",
             bound: "1x1 for every such pixel, by both ways of depth; a camera at rest keeps the plain rates",
-            guard: "reproject::camera_motion refuses a w that is not above 0 or not finite; without it what was behind the camera is fetched from its mirror image. This test found that an infinite w put everything into the middle of the picture",
+            guard: "reproject::camera_motion refuses a w that is not above 0 or not finite; with `w == 0` alone what was behind the camera is fetched from its mirror image (tried: 2x2). This test found that an infinite w put everything into the middle of the picture",
             run: cameras,
         },
         Case {
@@ -51,7 +51,7 @@ pub const FAMILY: Family = Family {
             name: "one scene at 0.01, 1 and 100 times its size",
             hazard: "an absolute threshold in view space finds all or nothing hidden",
             bound: "the same mask of disocclusion",
-            guard: "params::is_hidden compares inverse depths as a share of each other",
+            guard: "params::is_hidden compares inverse depths as a share of each other; against a fixed difference the masks at 0.01, 1 and 100 differ (tried), and so E33-z finds nothing hidden",
             run: scales,
         },
         Case {
