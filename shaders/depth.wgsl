@@ -24,5 +24,6 @@ fn inverse_distance(depth: f32, offset: u32, is_reversed: bool) -> u32 {
     }
     let scaled = u32(depth * 1073741824.0);
     let toward = select((1u << 30u) - scaled, scaled, is_reversed);
-    return toward + offset - high_product(toward << 2u, offset);
+    // the near plane itself is 2^30, of which two bits more would be lost
+    return toward + offset - high_product(min(toward, (1u << 30u) - 1u) << 2u, offset);
 }

@@ -39,6 +39,7 @@ const MODULES: &[Source] = &[
     shader!("analyse/params.wgsl"),
     shader!("analyse/fixed.wgsl"),
     shader!("analyse/pictures.wgsl"),
+    shader!("analyse/optics.wgsl"),
     shader!("analyse/source.wgsl"),
     shader!("analyse/cells.wgsl"),
     shader!("analyse/sums.wgsl"),

@@ -10,6 +10,7 @@ use crate::analyse::{
     integer::count,
     own::OwnRates,
     settings::{Blur, Difference, Form, Norm, Pairs, Settings, Smoothing, Stability, Weights},
+    tiles::SIDE,
 };
 
 /// The form in which the previous picture is had.
@@ -35,6 +36,8 @@ pub struct Scene {
     pub motion: bool,
     /// Depth of this frame and the previous.
     pub depth: bool,
+    /// The matrices of both frames' cameras, for a scene that has depth and no motion vectors.
+    pub cameras: bool,
     /// The previous frame's rates.
     pub previous_rates: bool,
     /// Smoothness and Rf0.
@@ -95,10 +98,15 @@ pub enum Binding {
     Ids,
     /// The rates of half the resolution, written.
     HalfRates,
+    /// Camera and lens, a uniform buffer.
+    Optics,
+    /// What the previous picture's tiles tell, a storage buffer of [`tiles::data_bytes`](crate::analyse::tiles::data_bytes) that is
+    /// written and read here.
+    TileData,
 }
 
 impl Binding {
-    const ALL: [Binding; 18] = [
+    const ALL: [Binding; 20] = [
         Binding::Params,
         Binding::Tables,
         Binding::Rates,
@@ -117,6 +125,8 @@ impl Binding {
         Binding::Blur,
         Binding::Ids,
         Binding::HalfRates,
+        Binding::Optics,
+        Binding::TileData,
     ];
 
     /// Its index in the kernel's group.
@@ -133,6 +143,7 @@ impl Binding {
             | Binding::Reasons
             | Binding::PreviousRates
             | Binding::HalfRates
+            | Binding::TileData
             | Binding::SqrtLuma => true,
             Binding::Colour | Binding::After => colour == ColourForm::SqrtLuma,
             _ => false,
@@ -160,6 +171,8 @@ impl Binding {
             Binding::Blur => "later blur",
             Binding::Ids => "ids",
             Binding::HalfRates => "rates of half the resolution",
+            Binding::Optics => "camera and lens",
+            Binding::TileData => "data of tiles",
         }
     }
 }
@@ -179,6 +192,14 @@ pub enum PlanError {
         /// What it needs.
         what: &'static str,
     },
+    /// An effect that looks at pixels, in a stage by tiles.
+    #[error("{0} looks at pixels one by one, and the stage goes by tiles (Fetch::Tile)")]
+    ByTiles(&'static str),
+    /// Tiles move by cameras and depth, not by vectors.
+    #[error(
+        "a stage by tiles moves them by depth and cameras; the scene declares motion vectors, which it would not look at"
+    )]
+    TilesOfVectors,
     /// More storage buffers than a device binds.
     #[error(
         "the plan binds {} storage buffers ({}), and a stage binds {most}; leave out an output that is not used",
@@ -225,23 +246,33 @@ impl Plan {
     /// If the settings call for what the scene has not.
     pub fn new(scene: &Scene, settings: &Settings) -> Result<Plan, PlanError> {
         let own = settings.own.clone().unwrap_or_default();
+        let has_motion = scene.motion || scene.cameras && scene.depth;
+        let is_scaled = matches!(
+            settings.motion,
+            Some(motion) if matches!(motion.blur, Blur::Scaled | Blur::Linear)
+        );
         let needs = [
             (
                 settings.motion.is_some(),
-                scene.motion,
+                has_motion,
                 "motion-adaptive shading",
-                "motion vectors",
+                "motion vectors, or depth and cameras",
             ),
             (
                 settings.later_blur,
-                scene.blur
-                    && matches!(settings.motion, Some(motion) if matches!(motion.blur, Blur::Scaled | Blur::Linear)),
+                scene.blur && is_scaled,
                 "a later blur",
                 "its width and motion-adaptive shading by the scalers",
             ),
             (
+                settings.lens.is_some(),
+                scene.depth && is_scaled,
+                "a lens",
+                "depth and motion-adaptive shading by the scalers",
+            ),
+            (
                 settings.reprojection.is_some(),
-                scene.motion && settings.motion.is_some(),
+                has_motion && settings.motion.is_some(),
                 "reprojection",
                 "motion vectors",
             ),
@@ -280,6 +311,13 @@ impl Plan {
         if let Some((_, _, effect, what)) = needs.into_iter().find(|&(on, had, ..)| on && !had) {
             return Err(PlanError::Missing { effect, what });
         }
+        let is_by_tiles = settings.is_by_tiles();
+        if let (true, Some(effect)) = (is_by_tiles, settings.first_by_pixel()) {
+            return Err(PlanError::ByTiles(effect));
+        }
+        if is_by_tiles && scene.motion {
+            return Err(PlanError::TilesOfVectors);
+        }
         let effects = effects(scene, settings);
         let has = |name: &str| effects.contains(&name);
         let bindings: Vec<Binding> = Binding::ALL
@@ -289,8 +327,11 @@ impl Plan {
                 Binding::After => has("TRANSPARENTS"),
                 Binding::Attachment => has("ATTACHMENT"),
                 Binding::Reasons => has("REASONS"),
-                Binding::Motion => has("MOTION"),
-                Binding::Depth | Binding::PreviousDepth => has("DEPTH"),
+                Binding::Motion => has("VECTORS"),
+                Binding::Depth => has("DEPTH") || has("CAMERA") || has("LENS"),
+                Binding::PreviousDepth => has("DEPTH"),
+                Binding::Optics => has("CAMERA") || has("LENS"),
+                Binding::TileData => is_by_tiles,
                 Binding::PreviousRates => has("PREVIOUS_RATES"),
                 Binding::Materials => has("MATERIALS"),
                 Binding::Noise => has("NOISE"),
@@ -301,10 +342,20 @@ impl Plan {
             })
             .collect();
         let mut passes = vec![PlannedPass {
-            kernel: "analyse.wgsl",
+            kernel: if is_by_tiles {
+                "tile_rates.wgsl"
+            } else {
+                "analyse.wgsl"
+            },
             bindings: bindings.len(),
             effects,
         }];
+        if is_by_tiles {
+            // its data first; one group serves both
+            let mut data = passes[0].clone();
+            data.kernel = "tile_data.wgsl";
+            passes.insert(0, data);
+        }
         if passes[0].effects.contains(&"WRITE_LUMA") {
             let mut luma = passes[0].clone();
             luma.kernel = "write_luma.wgsl";
@@ -325,11 +376,8 @@ impl Plan {
             Smoothing::Conservative => passes.push(smooth("CONSERVATIVE")),
         }
         let mut later = Vec::new();
-        if settings
-            .own
-            .as_ref()
-            .is_some_and(|own| *own != OwnRates::default())
-        {
+        // a stage by tiles looks at no flags itself
+        if own != OwnRates::default() || is_by_tiles && scene.flags {
             let (pass, bound) = own_pass(scene, &own);
             passes.push(pass);
             later.extend(bound);
@@ -405,6 +453,9 @@ impl Plan {
                 "LOCAL_TOLERANCE",
                 has("SAFE_AREA") || has("FOVEATION") || has("MATERIALS"),
             ),
+            ("OPTICS", has("CAMERA") || has("LENS")),
+            ("DEPTH_NOW", has("DEPTH") || has("CAMERA") || has("LENS")),
+            ("BLURRED", has("BLUR") || has("LENS")),
             ("SQUARED", matches!(content.norm, Norm::L2 | Norm::Root)),
         ];
         defs.extend(derived.iter().filter(|d| d.1).map(|&(name, _)| (name, 1)));
@@ -425,6 +476,9 @@ impl Plan {
 
     /// The width and height of a workgroup's pixels: what fits into 16 KiB of workgroup memory and 256 invocations.
     pub(crate) fn tile(&self) -> [u32; 2] {
+        if self.settings.is_by_tiles() {
+            return [SIDE; 2];
+        }
         let height = match self.planes() {
             1 => 32,
             2 => 16,
@@ -499,11 +553,16 @@ fn effects(scene: &Scene, settings: &Settings) -> Vec<&'static str> {
         ("QUAD", content.pairs == Pairs::Quad),
         ("SOBEL", content.pairs == Pairs::Sobel),
         ("MOTION", settings.motion.is_some()),
+        ("VECTORS", settings.motion.is_some() && scene.motion),
+        ("CAMERA", settings.motion.is_some() && !scene.motion),
         ("STANDALONE", matches!(blur, Some(Blur::Standalone { .. }))),
         ("LADDER", matches!(blur, Some(Blur::Ladder(_)))),
         ("MOTION_ONLY", motion_only),
         ("REPROJECTION", settings.reprojection.is_some()),
-        ("DEPTH", settings.reprojection.is_some() && scene.depth),
+        (
+            "DEPTH",
+            settings.reprojection.is_some() && scene.depth && !settings.is_by_tiles(),
+        ),
         ("MATERIALS", settings.materials.is_some()),
         ("PREVIOUS_RATES", settings.stability != Stability::None),
         ("HALF_RATE", settings.half_rate.is_some() && !motion_only),
@@ -514,9 +573,10 @@ fn effects(scene: &Scene, settings: &Settings) -> Vec<&'static str> {
         ("TRANSPARENTS", settings.transparents),
         ("FOVEATION", settings.foveation.is_some()),
         ("SAFE_AREA", settings.safe_area.is_some()),
-        ("FLAGS", scene.flags),
+        ("FLAGS", scene.flags && !settings.is_by_tiles()),
         ("ATTACHMENT", scene.attachment),
         ("BLUR", settings.later_blur),
+        ("LENS", settings.lens.is_some()),
         ("REASONS", scene.reasons),
         (
             "WRITE_LUMA",

@@ -6,9 +6,11 @@ use fastrand::Rng;
 use vrcs::{
     Plan, Rate, Scene,
     analyse::{
-        Analysis, Colour, Frame, HalfResolution, Inputs, Output, OwnRates, half, integer,
+        Analysis, Cameras, Colour, Frame, HalfResolution, Inputs, Lens, Output, OwnRates, half,
+        integer,
         own::{DistanceLadder, IdRates, Particles},
         settings::*,
+        tiles,
     },
     check::gpu::Gpu,
     plan::{Binding, ColourForm},
@@ -158,6 +160,7 @@ impl Made {
             previous_size: frame.previous_size,
             has_history: frame.has_history,
             resolution_scale: frame.resolution_scale,
+            cameras: frame.cameras,
             colour,
             after: scene.after_transparents.then_some(after),
             motion: scene.motion.then_some(&self.motion),
@@ -222,6 +225,11 @@ impl Made {
         let [half_width, half_height] = half::size_of(self.size);
         let half_bytes = SriLayout::new(half_width, half_height).bytes() as usize;
         let halves = gpu.buffer("half", &vec![0xa5; half_bytes], storage);
+        let tile_data = gpu.buffer(
+            "tiles",
+            &vec![0xa5; tiles::data_bytes(self.previous) as usize],
+            storage,
+        );
         let pitch = self.previous[0].next_multiple_of(256) as usize;
         let mut rows = vec![0u8; pitch * self.previous[1] as usize];
         for (i, &code) in self.sqrt.iter().enumerate() {
@@ -273,6 +281,7 @@ impl Made {
             (Binding::Blur, view(6)),
             (Binding::Ids, view(7)),
             (Binding::HalfRates, halves.as_entire_binding()),
+            (Binding::TileData, tile_data.as_entire_binding()),
             (Binding::SqrtLuma, luma.as_entire_binding()),
         ];
         let bound = analysis
@@ -346,10 +355,19 @@ fn settings(rng: &mut Rng, scene: &mut Scene) -> Settings {
         weight: [1.0, 0.5][rng.usize(..2)],
         scale: [1.0, -1.0],
     });
+    let is_scaled = scene.motion && matches!(blur, Blur::Scaled | Blur::Linear);
     scene.blur = scene.motion && matches!(blur, Blur::Scaled | Blur::Linear) && rng.bool();
     Settings {
         content,
         later_blur: scene.blur,
+        // depths of the frame are around 0.3
+        lens: (is_scaled && scene.depth && rng.bool()).then(|| Lens {
+            focus: 0.1 / 0.31,
+            infinity: [3.0, 100.0][rng.usize(..2)],
+            far: [f64::INFINITY, 30.0][rng.usize(..2)],
+            reversed_z: rng.bool(),
+            ..Lens::default()
+        }),
         motion,
         reprojection: (scene.motion && rng.bool()).then(|| Reprojection {
             reversed_z: rng.bool(),
@@ -478,6 +496,7 @@ fn the_gpu_makes_the_bytes_of_its_integer_twin() {
             previous_size: previous,
             has_history: rng.u32(..16) > 0,
             resolution_scale: 0.5 + rng.f64() / 2.0,
+            cameras: None,
         };
         let made = Made::new(size, previous, &mut rng);
         let wanted =
@@ -542,6 +561,18 @@ const NEUTRAL: &[Neutral] = &[
             made.motion.fill([0.0; 2]);
             made.blur.fill(0.0);
         },
+    ),
+    (
+        "a lens that blurs nothing",
+        |scene| (scene.motion, scene.depth) = (true, true),
+        |settings| {
+            settings.motion = Some(Motion::default());
+            settings.lens = Some(Lens {
+                infinity: 0.0,
+                ..Lens::default()
+            });
+        },
+        |made| made.motion.fill([0.0; 2]),
     ),
     (
         "materials that reflect nothing",
@@ -666,4 +697,277 @@ fn a_neutral_input_gives_the_bytes_of_a_plan_that_leaves_the_effect_out() {
             "{name}: {declared}"
         );
     }
+}
+
+/// Depths of a slanted wall before a far one, by a camera.
+fn wall(size: [u32; 2], camera: &glam::DMat4) -> Vec<f32> {
+    (0..size[0] * size[1])
+        .map(|i| {
+            let (x, y) = (f64::from(i % size[0]), f64::from(i / size[0]));
+            let z = match x < f64::from(size[0]) * 0.6 {
+                true => 3.0 + x * 0.05 + y * 0.02,
+                false => 40.0,
+            };
+            let clip = *camera * glam::DVec4::new(0.0, 0.0, -z, 1.0);
+            (clip.z / clip.w) as f32
+        })
+        .collect()
+}
+
+/// Projections with standard and reversed depth.
+fn projections() -> [(bool, glam::DMat4); 2] {
+    [(false, 0.1, 100.0), (true, 100.0, 0.1)]
+        .map(|(reversed, near, far)| (reversed, glam::DMat4::perspective_rh(1.0, 1.6, near, far)))
+}
+
+// fails when the sign of y is lost, when w before is not looked at, or when what is flagged moves with the world
+#[test]
+fn the_camera_moves_pixels_on_the_gpu_as_in_f64_but_for_a_step_of_speed() {
+    let gpu = common::gpu();
+    let mut rng = Rng::with_seed(common::seed());
+    let size = [96, 60];
+    let steps = [
+        glam::DVec3::new(0.05, 0.0, 0.0),
+        glam::DVec3::new(0.0, -0.08, 0.3),
+        glam::DVec3::new(0.3, 0.1, -0.5),
+    ];
+    let scene = Scene {
+        cameras: true,
+        depth: true,
+        flags: true,
+        attachment: true,
+        reasons: true,
+        ..Scene::default()
+    };
+    let settings = Settings {
+        motion: Some(Motion::default()),
+        ..Settings::default()
+    };
+    let plan = Plan::new(&scene, &settings).expect("a plan");
+    assert!(!plan.bindings.contains(&Binding::Motion), "{plan}");
+    let (mut apart, mut coarse) = (0, 0);
+    for (reversed_z, projection) in projections() {
+        for step in steps {
+            let before = projection * glam::DMat4::from_translation(step);
+            let mut made = Made::new(size, size, &mut rng);
+            for code in &mut made.codes {
+                *code = [rng.u8(60..200); 4];
+            }
+            made.depth = wall(size, &projection);
+            made.flags = (0..size[0] * size[1])
+                .map(|i| u8::from(i % size[0] < 12))
+                .collect();
+            let frame = Frame {
+                cameras: Some(Cameras {
+                    now: projection,
+                    before,
+                }),
+                ..Frame::of_size(size)
+            };
+            let got = made.run(&gpu, &plan, &frame);
+            let inputs = made.inputs(&plan, &frame);
+            let vectors =
+                vrcs::analyse::reproject::camera_motions(size, &made.depth, &projection, &before);
+            // the twin's own, a step slower and a step faster
+            let twins = [0.0f32, -1.0 / 16.0, 1.0 / 16.0].map(|more| {
+                let near: Vec<[f32; 2]> = vectors
+                    .iter()
+                    .map(|v| v.map(|v| (v.abs() + more).max(0.0)))
+                    .collect();
+                let inputs = Inputs {
+                    motion: (more != 0.0).then_some(&near[..]),
+                    ..inputs
+                };
+                integer::analyse(&inputs, &settings).expect("inputs").sri
+            });
+            let layout = twins[0].layout();
+            for (x, y) in (0..layout.height).flat_map(|y| (0..layout.width).map(move |x| (x, y))) {
+                let code = got[0][(y * layout.pitch + x) as usize];
+                apart += usize::from(code != twins[0].code(x, y));
+                coarse += usize::from(code != 0);
+                for axis in [2, 0] {
+                    let of = |twin: &Sri| twin.code(x, y) >> axis & 3;
+                    assert!(
+                        twins.iter().any(|twin| of(twin) == code >> axis & 3),
+                        "{x},{y}: {code}, {step}, reversed {reversed_z}"
+                    );
+                }
+                if x < 5 {
+                    let still = twins[0].code(x, y);
+                    assert_eq!(code, still, "{x},{y} does not move with the world");
+                }
+            }
+        }
+    }
+    let all = 6 * 48 * 30;
+    println!("{apart} of {all} quads differ, by a step of speed; {coarse} are coarse");
+    assert!(apart * 50 < all && coarse * 20 > all, "{apart} {coarse}");
+}
+
+#[test]
+fn a_camera_that_shows_nothing_or_is_not_given_leaves_full_rate() {
+    let gpu = common::gpu();
+    let mut rng = Rng::with_seed(common::seed());
+    let size = [40, 24];
+    for (reversed_z, projection) in projections() {
+        let mut made = Made::new(size, size, &mut rng);
+        made.codes.fill([90; 4]);
+        made.depth = wall(size, &projection);
+        if let Some(last) = made.depth.last_mut() {
+            *last = f32::NAN;
+        }
+        made.previous_depth.clone_from(&made.depth);
+        let scene = Scene {
+            cameras: true,
+            depth: true,
+            attachment: true,
+            reasons: true,
+            ..Scene::default()
+        };
+        let settings = Settings {
+            motion: Some(Motion::default()),
+            reprojection: Some(Reprojection {
+                reversed_z,
+                near_over_far: 0.001,
+                ..Reprojection::default()
+            }),
+            ..Settings::default()
+        };
+        let plan = Plan::new(&scene, &settings).expect("a plan");
+        let turned = projection * glam::DMat4::from_rotation_y(std::f64::consts::PI);
+        let cases = [
+            (None, 0u8),
+            (Some(turned), 0),
+            (Some(glam::DMat4::ZERO), 0),
+            (Some(projection), Rate::R2X2.code()),
+        ];
+        for (before, wanted) in cases {
+            let frame = Frame {
+                cameras: before.map(|before| Cameras {
+                    now: projection,
+                    before,
+                }),
+                ..Frame::of_size(size)
+            };
+            let got = made.run(&gpu, &plan, &frame);
+            // away from the border, which a rounding may put off the screen
+            let layout = SriLayout::new(size[0], size[1]);
+            assert_eq!(
+                got[0][(5 * layout.pitch + 6) as usize],
+                wanted,
+                "{before:?}"
+            );
+            // the last pixel has no depth
+            let last = ((layout.height - 1) * layout.pitch + layout.width - 1) as usize;
+            assert_eq!(got[0][last], 0, "{before:?}");
+        }
+    }
+}
+
+// cameras without perspective and sides of powers of two: nothing is rounded, so that every byte has to be the twin's
+#[test]
+fn tiles_are_fetched_by_their_furthest_depth_as_in_the_twin() {
+    let gpu = common::gpu();
+    let mut rng = Rng::with_seed(common::seed());
+    let sizes = [
+        [64u32, 32],
+        [16, 16],
+        [128, 64],
+        [32, 8],
+        [8, 64],
+        [256, 16],
+    ];
+    let mut rates = std::collections::BTreeSet::new();
+    for case in 0..24 {
+        let size = sizes[case % sizes.len()];
+        let previous = match rng.u32(..3) {
+            0 => size.map(|side| (side / 2).max(8)),
+            _ => size,
+        };
+        let reversed_z = rng.bool();
+        let mut made = Made::new(size, previous, &mut rng);
+        for (i, depth) in made.depth.iter_mut().enumerate() {
+            *depth = [0.25, 0.5, 0.75][(i / 5 + i / 97) % 3];
+        }
+        if rng.u32(..4) == 0 {
+            let at = rng.usize(..made.depth.len());
+            made.depth[at] = f32::NAN;
+        }
+        let now = match reversed_z {
+            true => glam::DMat4::orthographic_rh(-1.0, 1.0, -1.0, 1.0, 8.0, 0.0),
+            false => glam::DMat4::orthographic_rh(-1.0, 1.0, -1.0, 1.0, 0.0, 8.0),
+        };
+        // what is further moves further: a shear
+        let mut shear = glam::DMat4::IDENTITY;
+        let mut sixteenths = |side: u32| f64::from(rng.i32(-32..=32)) / 32.0 / f64::from(side);
+        shear.z_axis.x = sixteenths(size[0]);
+        shear.z_axis.y = sixteenths(size[1]);
+        let scene = Scene {
+            cameras: true,
+            depth: true,
+            flags: rng.bool(),
+            colour: [ColourForm::Codes, ColourForm::Linear, ColourForm::SqrtLuma][rng.usize(..3)],
+            attachment: true,
+            reasons: true,
+            ..Scene::default()
+        };
+        let settings = Settings {
+            content: Content {
+                norm: [Norm::L2, Norm::L1, Norm::LInf][rng.usize(..3)],
+                form: [Form::Window, Form::Absolute][rng.usize(..2)],
+                threshold: [0.15, 0.03, 0.6][rng.usize(..3)],
+                ..Content::default()
+            },
+            motion: Some(Motion::default()),
+            reprojection: Some(Reprojection {
+                fetch: Fetch::Tile,
+                reversed_z,
+                ..Reprojection::default()
+            }),
+            smoothing: [Smoothing::None, Smoothing::Limit, Smoothing::Conservative][rng.usize(..3)],
+            largest: [Rate::R2X2, Rate::R4X2, Rate::R4X4, Rate::R2X4][rng.usize(..4)],
+            ..Settings::default()
+        };
+        let plan = Plan::new(&scene, &settings).expect("a plan");
+        let frame = Frame {
+            previous_size: previous,
+            has_history: rng.u32(..12) > 0,
+            cameras: Some(Cameras {
+                now,
+                before: now * shear,
+            }),
+            ..Frame::of_size(size)
+        };
+        let wanted =
+            integer::analyse(&made.inputs(&plan, &frame), &settings).expect("inputs that fit");
+        let got = made.run(&gpu, &plan, &frame);
+        println!("case {case}: {size:?}");
+        assert_equal(&got, &wanted, &plan);
+        rates.extend(wanted.sri.bytes().iter().copied());
+    }
+    assert!(rates.len() > 2, "{rates:?} tell nothing");
+}
+
+#[test]
+fn tiles_refuse_what_looks_at_pixels() {
+    let scene = Scene {
+        cameras: true,
+        depth: true,
+        materials: true,
+        ..Scene::default()
+    };
+    let settings = Settings {
+        motion: Some(Motion::default()),
+        reprojection: Some(Reprojection {
+            fetch: Fetch::Tile,
+            ..Reprojection::default()
+        }),
+        materials: Some(Materials::default()),
+        ..Settings::default()
+    };
+    let error = Plan::new(&scene, &settings).expect_err("materials are of pixels");
+    assert_eq!(
+        error.to_string(),
+        "material sensitivity looks at pixels one by one, and the stage goes by tiles (Fetch::Tile)"
+    );
 }

@@ -3,12 +3,17 @@
 
 #import vrcs::analyse::params::{params, SPEEDS}
 #import vrcs::depth::{high_product, inverse_distance, NO_DEPTH}
+#ifdef OPTICS
+#import vrcs::analyse::optics
+#endif
 
-#ifdef MOTION
+#ifdef VECTORS
 @group(0) @binding(7) var motion: texture_2d<f32>;
 #endif
-#ifdef DEPTH
+#ifdef DEPTH_NOW
 @group(0) @binding(8) var depth: texture_2d<f32>;
+#endif
+#ifdef DEPTH
 @group(0) @binding(9) var depth_before: texture_2d<f32>;
 #endif
 #ifdef FLAGS
@@ -52,12 +57,29 @@ fn is_hidden(now: u32, then: u32) -> bool {
 }
 #endif
 
+#ifdef CAMERA
+// The bits of a pixel's motion; what does not move with the world stands still.
+fn motion_at(p: vec2<u32>) -> vec2<u32> {
+#ifdef FLAGS
+    if (textureLoad(marks, vec2<i32>(p), 0).x & 1u) != 0u {
+        return vec2<u32>(0u);
+    }
+#endif
+    return optics::camera_motion(p, textureLoad(depth, vec2<i32>(p), 0).x);
+}
+#endif
+#ifdef VECTORS
+fn motion_at(p: vec2<u32>) -> vec2<u32> {
+    return bitcast<vec2<u32>>(textureLoad(motion, vec2<i32>(p), 0).xy);
+}
+#endif
+
 #ifdef REPROJECTION
 // The pixel of the previous picture that a pixel shows, and doubt.
 fn moved_source(p: vec2<u32>) -> vec3<u32> {
     var position = vec2<i32>(position_of(p));
     var doubt = SURE;
-    let offset = textureLoad(motion, vec2<i32>(p), 0).xy * params.offset_scale;
+    let offset = bitcast<vec2<f32>>(motion_at(p)) * params.offset_scale;
     // a magnitude below 2^23 surely is a number that fits
     if any((bitcast<vec2<u32>>(offset) & vec2<u32>(0x7fffffffu)) >= vec2<u32>(0x4b000000u)) {
         doubt = OFF_SCREEN;
@@ -94,23 +116,29 @@ fn speed_index(bits: u32, scale: f32) -> u32 {
 }
 
 // The bits of magnitudes; no number stands still.
-fn magnitudes(vector: vec2<f32>) -> vec2<u32> {
-    let bits = bitcast<vec2<u32>>(vector) & vec2<u32>(0x7fffffffu);
+fn magnitudes(vector: vec2<u32>) -> vec2<u32> {
+    let bits = vector & vec2<u32>(0x7fffffffu);
     return select(bits, vec2<u32>(0u), bits > vec2<u32>(INFINITE));
 }
 
 // What the least speed of pixels is found by: magnitudes of motion, which grow as speeds do, so that one speed of four need be worked
 // out; or speeds, where the width of a blur has to be compared.
 fn speed_key(p: vec2<u32>) -> vec2<u32> {
-    var key = magnitudes(textureLoad(motion, vec2<i32>(p), 0).xy);
+    var key = magnitudes(motion_at(p));
 #ifdef FLAGS
     if (textureLoad(marks, vec2<i32>(p), 0).x & 1u) != 0u {
         key = vec2<u32>(0u);
     }
 #endif
+#ifdef BLURRED
+    key = speeds_of(key);
+#endif
 #ifdef BLUR
-    let width = speed_index(magnitudes(textureLoad(blur, vec2<i32>(p), 0).xx).x, 16.0);
-    key = max(speeds_of(key), vec2<u32>(width));
+    let width = speed_index(magnitudes(bitcast<vec2<u32>>(textureLoad(blur, vec2<i32>(p), 0).xx)).x, 16.0);
+    key = max(key, vec2<u32>(width));
+#endif
+#ifdef LENS
+    key = max(key, vec2<u32>(optics::lens_blur(textureLoad(depth, vec2<i32>(p), 0).x)));
 #endif
     return key;
 }
@@ -124,7 +152,7 @@ fn speeds_of(magnitude: vec2<u32>) -> vec2<u32> {
 
 // Speeds of a key.
 fn speeds_of_key(key: vec2<u32>) -> vec2<u32> {
-#ifdef BLUR
+#ifdef BLURRED
     return key;
 #else
     return speeds_of(key);

@@ -177,8 +177,9 @@ impl After {
         plan: &Plan,
         frame: &Frame,
     ) {
-        if let (Some(bound), Some(own)) = (&bound.own, &plan.settings.own) {
-            let params = own::Params::new(own, plan.settings.largest, frame.size);
+        if let Some(bound) = &bound.own {
+            let own = plan.settings.own.clone().unwrap_or_default();
+            let params = own::Params::new(&own, plan.settings.largest, frame.size);
             queue.write_buffer(&bound.params, 0, bytemuck::bytes_of(&params));
         }
         if let Some(bound) = &bound.half {

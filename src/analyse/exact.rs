@@ -212,6 +212,30 @@ impl Reals<'_> {
         (b * error - threshold).abs() <= band
     }
 
+    /// Windows together, each with a share of one.
+    fn weighted(&self, windows: &[(&Window, f64)]) -> Window {
+        let is_square = self.settings.content.norm == Norm::L2;
+        let sum = |of: &dyn Fn(&Window) -> f64| -> f64 {
+            windows
+                .iter()
+                .map(|&(window, share)| of(window) * share)
+                .sum()
+        };
+        Window {
+            errors: std::array::from_fn(|axis| match is_square {
+                true => sum(&|window| window.errors[axis] * window.errors[axis]).sqrt(),
+                false => sum(&|window| window.errors[axis]),
+            }),
+            luma: sum(&|window| window.luma),
+            // the deterministic path rounds up once more
+            off: windows
+                .iter()
+                .map(|(window, _)| window.off)
+                .fold(0.0, f64::max)
+                + UNIT,
+        }
+    }
+
     fn stability(&self, log2: u8, previous: u8) -> f64 {
         let content = &self.settings.content;
         match self.settings.stability {
@@ -328,6 +352,26 @@ impl Numbers for Reals<'_> {
             self.doubtful.borrow_mut()[quad] = true;
         }
         error < threshold
+    }
+
+    fn mean(&self, windows: &[Window]) -> Window {
+        let count = windows.len() as f64;
+        let all: Vec<(&Window, f64)> = windows.iter().map(|w| (w, 1.0 / count)).collect();
+        let mut mean = self.weighted(&all);
+        if self.settings.content.norm == Norm::LInf {
+            mean.errors = std::array::from_fn(|axis| {
+                windows.iter().map(|w| w.errors[axis]).fold(0.0, f64::max)
+            });
+        }
+        mean
+    }
+
+    fn blend(&self, windows: &[(&Window, u32)]) -> Window {
+        let all: Vec<(&Window, f64)> = windows
+            .iter()
+            .map(|&(window, weight)| (window, f64::from(weight) / 65_536.0))
+            .collect();
+        self.weighted(&all)
     }
 
     fn error(&self, window: &Window, axis: usize) -> f64 {

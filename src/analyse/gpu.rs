@@ -8,8 +8,10 @@ use bytemuck::{Pod, Zeroable};
 use super::{
     after::{After, BoundAfter},
     inputs::Frame,
+    optics::Optics,
     params::{self, Params},
     settings::Smoothing,
+    tiles,
 };
 use crate::{
     kernel::{self, shader},
@@ -23,6 +25,7 @@ pub struct Analysis {
     plan: Plan,
     layout: wgpu::BindGroupLayout,
     pipeline: wgpu::ComputePipeline,
+    tiles: Option<wgpu::ComputePipeline>,
     luma: Option<wgpu::ComputePipeline>,
     smoothing: Option<SmoothKernel>,
     after: After,
@@ -47,6 +50,7 @@ pub struct MissingResource(pub Binding);
 pub struct BoundAnalysis {
     params: wgpu::Buffer,
     tables: wgpu::Buffer,
+    optics: Option<wgpu::Buffer>,
     group: wgpu::BindGroup,
     smooth: Vec<wgpu::BindGroup>,
     /// One for each of `smooth`, and whether reasons are those of its rates.
@@ -77,12 +81,13 @@ pub(super) fn kind(binding: Binding, colour: ColourForm) -> wgpu::BindingType {
     let write = buffer(wgpu::BufferBindingType::Storage { read_only: false });
     let float = texture(wgpu::TextureSampleType::Float { filterable: false });
     match binding {
-        Binding::Params => buffer(wgpu::BufferBindingType::Uniform),
+        Binding::Params | Binding::Optics => buffer(wgpu::BufferBindingType::Uniform),
         Binding::Tables | Binding::PreviousRates => read,
         Binding::Rates
         | Binding::Attachment
         | Binding::Reasons
         | Binding::SqrtLuma
+        | Binding::TileData
         | Binding::HalfRates => write,
         Binding::Colour | Binding::After if colour == ColourForm::SqrtLuma => read,
         Binding::Colour | Binding::After => float,
@@ -147,22 +152,17 @@ impl Analysis {
             .iter()
             .map(|&binding| (binding.index(), kind(binding, colour)));
         let layout = layout_of(device, entries);
-        let pipeline = pipeline_of(
-            device,
-            &layout,
-            shader!("analyse.wgsl"),
-            &plan.defs(),
-            "analyse",
-        );
-        let luma = plan.bindings.contains(&Binding::SqrtLuma).then(|| {
-            pipeline_of(
-                device,
-                &layout,
-                shader!("write_luma.wgsl"),
-                &plan.defs(),
-                "write_luma",
-            )
-        });
+        let made = |source, entry: &str| pipeline_of(device, &layout, source, &plan.defs(), entry);
+        let is_by_tiles = plan.settings.is_by_tiles();
+        let tiles = is_by_tiles.then(|| made(shader!("tile_data.wgsl"), "tile_data_of"));
+        let pipeline = match is_by_tiles {
+            true => made(shader!("tile_rates.wgsl"), "tile_rates"),
+            false => made(shader!("analyse.wgsl"), "analyse"),
+        };
+        let luma = plan
+            .bindings
+            .contains(&Binding::SqrtLuma)
+            .then(|| made(shader!("write_luma.wgsl"), "write_luma"));
         let smoothing = (plan.settings.smoothing != Smoothing::None).then(|| {
             let mut kinds = vec![Binding::Params, Binding::Tables, Binding::Rates];
             let mut defs = Vec::new();
@@ -188,6 +188,7 @@ impl Analysis {
             plan: plan.clone(),
             layout,
             pipeline,
+            tiles,
             luma,
             smoothing,
             after: After::new(device, plan),
@@ -220,6 +221,9 @@ impl Analysis {
         let params = buffer(size_of::<Params>() as u64, wgpu::BufferUsages::UNIFORM);
         let words = params::TABLE_FALLOFF + params::FALLOFF;
         let tables = buffer(words as u64 * 4, wgpu::BufferUsages::STORAGE);
+        let has_optics = self.plan.bindings.contains(&Binding::Optics);
+        let optics =
+            has_optics.then(|| buffer(size_of::<Optics>() as u64, wgpu::BufferUsages::UNIFORM));
         let given = |binding: Binding| {
             let found = resources.iter().find(|(given, _)| *given == binding);
             found
@@ -246,6 +250,10 @@ impl Analysis {
             let resource = match (binding, own) {
                 (Binding::Params, _) => params.as_entire_binding(),
                 (Binding::Tables, _) => tables.as_entire_binding(),
+                (Binding::Optics, _) => match &optics {
+                    Some(optics) => optics.as_entire_binding(),
+                    None => return Err(MissingResource(binding)),
+                },
                 (_, Some((_, buffer))) => buffer.as_entire_binding(),
                 (binding, None) => given(binding)?,
             };
@@ -284,6 +292,7 @@ impl Analysis {
         Ok(BoundAnalysis {
             params,
             tables,
+            optics,
             group,
             smooth,
             smooth_params,
@@ -296,6 +305,10 @@ impl Analysis {
         let settings = &self.plan.settings;
         let params = Params::new(settings, frame);
         queue.write_buffer(&bound.params, 0, bytemuck::bytes_of(&params));
+        if let Some(buffer) = &bound.optics {
+            let optics = Optics::new(settings, frame);
+            queue.write_buffer(buffer, 0, bytemuck::bytes_of(&optics));
+        }
         let is_sqrt_luma = self.plan.scene.colour == ColourForm::SqrtLuma;
         let tables = params::tables(settings, is_sqrt_luma, frame.resolution_scale);
         queue.write_buffer(&bound.tables, 0, bytemuck::cast_slice(&tables));
@@ -315,8 +328,13 @@ impl Analysis {
     pub fn record(&self, pass: &mut wgpu::ComputePass, bound: &BoundAnalysis, frame: &Frame) {
         let size = frame.size;
         let [width, height] = self.plan.tile();
-        pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &bound.group, &[]);
+        if let Some(data) = &self.tiles {
+            let [across, down] = frame.previous_size.map(|side| side.div_ceil(tiles::SIDE));
+            pass.set_pipeline(data);
+            pass.dispatch_workgroups(across, down, 1);
+        }
+        pass.set_pipeline(&self.pipeline);
         pass.dispatch_workgroups(size[0].div_ceil(width), size[1].div_ceil(height), 1);
         if let Some(luma) = &self.luma {
             let [width, height] = frame.previous_size;

@@ -1,5 +1,6 @@
 //! What the analysis is given and what it gives, in memory.
 
+use super::optics::Cameras;
 use crate::sri::Sri;
 
 /// A picture's colour, row by row.
@@ -52,6 +53,8 @@ pub struct Frame {
     pub has_history: bool,
     /// The scale of the dynamic resolution, above 0 to 1.
     pub resolution_scale: f64,
+    /// Both frames' cameras, for a scene whose motion is the camera's; without, that scene is in doubt.
+    pub cameras: Option<Cameras>,
 }
 
 impl Frame {
@@ -62,6 +65,7 @@ impl Frame {
             previous_size: size,
             has_history: true,
             resolution_scale: 1.0,
+            cameras: None,
         }
     }
 
@@ -107,6 +111,8 @@ pub struct Inputs<'a> {
     pub flags: Option<&'a [u8]>,
     /// The scale of the dynamic resolution, above 0 to 1.
     pub resolution_scale: f64,
+    /// Both frames' cameras: with `depth`, the motion where there are no vectors.
+    pub cameras: Option<Cameras>,
 }
 
 impl<'a> Inputs<'a> {
@@ -128,6 +134,7 @@ impl<'a> Inputs<'a> {
             ids: None,
             flags: None,
             resolution_scale: 1.0,
+            cameras: None,
         }
     }
 
@@ -138,6 +145,7 @@ impl<'a> Inputs<'a> {
             previous_size: self.previous_size,
             has_history: self.has_history,
             resolution_scale: self.resolution_scale,
+            cameras: self.cameras.filter(|_| self.motion.is_none()),
         }
     }
 
@@ -213,6 +221,9 @@ pub enum WrongInput {
         /// The picture's.
         wanted: usize,
     },
+    /// An effect that looks at pixels, in a stage by tiles.
+    #[error("{0} looks at pixels one by one, and the stage goes by tiles")]
+    ByTiles(&'static str),
     /// The settings call for an input that is not there.
     #[error("the settings call for {0}, which is not given")]
     Missing(&'static str),

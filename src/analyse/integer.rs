@@ -278,6 +278,40 @@ impl Numbers for Integers<'_> {
         error.is_less(base.product(limit))
     }
 
+    fn mean(&self, windows: &[Window]) -> Window {
+        let count = windows.len() as u32;
+        let errors = std::array::from_fn(|axis| {
+            let errors = windows.iter().map(|window| window.errors[axis]);
+            match self.settings.content.norm {
+                Norm::LInf => errors.max().unwrap_or_default(),
+                // each rounds up, and so does the mean
+                _ => errors.map(|error| error.div_ceil(count)).sum(),
+            }
+        });
+        Window {
+            errors,
+            luma: windows.iter().map(|window| window.luma / count).sum(),
+        }
+    }
+
+    fn blend(&self, windows: &[(&Window, u32)]) -> Window {
+        let above = |value: u32, weight: u32| {
+            (value >> 16) * weight + (((value & 0xffff) * weight + 0xffff) >> 16)
+        };
+        let errors = std::array::from_fn(|axis| {
+            let all = windows.iter();
+            all.map(|&(window, weight)| above(window.errors[axis], weight))
+                .sum()
+        });
+        Window {
+            errors,
+            luma: windows
+                .iter()
+                .map(|&(window, weight)| (window.luma * (weight >> 4)) >> 12)
+                .sum(),
+        }
+    }
+
     fn error(&self, window: &Window, axis: usize) -> f64 {
         // a quarter, as the kernel sums four of them in 32 bits
         f64::from(window.errors[axis] >> 2)

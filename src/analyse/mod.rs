@@ -8,7 +8,9 @@
 //! | [`hysteresis`] | ε and gains by norm | §5.4 |
 //! | [`refit`] | k, b_H and b_Q by their definitions | Eq. 13, 17 to 19 |
 //! | [`reproject`] | camera motion from depth and matrices | §5.2 |
+//! | [`tiles`] | the stage by tiles of 16×16 pixels | GDC, passes 1 and 2 |
 //! | [`smoothing`] | limits between neighbours | §5.4; GDC pass 3 |
+//! | [`optics`] | a camera's motion on the GPU, a lens's blur | §5.2; DOOM, "Post Process Blurs" |
 //! | [`own`] | the application's own rates, by combiners | GDC; Wicked Engine |
 //! | [`half`] | rates of half the resolution | DOOM, "VRCS on Half Res?" |
 //! | [`peers`] | what others decide by, as settings | research, table B |
@@ -40,6 +42,7 @@ pub mod inputs;
 pub mod integer;
 pub mod luma;
 pub mod motion;
+pub mod optics;
 pub mod own;
 pub mod params;
 pub mod peers;
@@ -49,6 +52,7 @@ pub mod refit;
 pub mod reproject;
 pub mod settings;
 pub mod smoothing;
+pub mod tiles;
 
 #[cfg(test)]
 mod tests;
@@ -57,6 +61,7 @@ pub use analyser::{Analyser, AnalyserError};
 pub use gpu::Analysis;
 pub use half::HalfResolution;
 pub use inputs::{Colour, Frame, Inputs, Output, WrongInput};
+pub use optics::{Cameras, Lens};
 pub use own::OwnRates;
 pub use peers::Peer;
 pub use reasons::Reason;

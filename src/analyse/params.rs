@@ -101,7 +101,9 @@ pub fn inverse_distance(depth: f32, offset: u32, is_reversed: bool) -> Option<u3
         true => (depth * 1_073_741_824.0) as u32,
         false => (1 << 30) - (depth * 1_073_741_824.0) as u32,
     };
-    Some(toward_near + offset - fixed::mul_high(toward_near << 2, offset))
+    // the near plane itself is 2^30, of which two bits more would be lost
+    let share = toward_near.min((1 << 30) - 1) << 2;
+    Some(toward_near + offset - fixed::mul_high(share, offset))
 }
 
 /// Whether two inverse depths are of different surfaces.
@@ -134,7 +136,11 @@ impl Params {
         let reaches = [reach(1), reach(2)];
         let tolerance = fixed::factor(curve(&settings.overshoot, inputs.resolution_scale));
         let limits = reaches.map(|of| of.map(|reach| limit(reach, tolerance, content).packed()));
-        let motion = settings.motion.unwrap_or_default();
+        let mut motion = settings.motion.unwrap_or_default();
+        if inputs.cameras.is_some() {
+            // what follows from cameras is in pixels
+            motion.scale = [1.0; 2];
+        }
         let steps = |axis: usize| match motion.blur {
             Blur::Ladder(_) => 8192.0 / f64::from(inputs.size[axis]),
             _ => 16.0,

@@ -15,6 +15,7 @@ use super::{
     fixed,
     inputs::{Inputs, Output, WrongInput, flags},
     motion,
+    optics::Optics,
     params::{self, Params},
     reasons::Reason,
     settings::{Blur, Settings, Smoothing, Stability},
@@ -57,6 +58,10 @@ pub trait Numbers {
         place: &Place,
         again: bool,
     ) -> bool;
+    /// The mean of a tile's windows.
+    fn mean(&self, windows: &[Self::Window]) -> Self::Window;
+    /// Windows blended, each with its share in 1/65536.
+    fn blend(&self, windows: &[(&Self::Window, u32)]) -> Self::Window;
     /// The error on an axis, up to a factor that all windows share.
     fn error(&self, window: &Self::Window, axis: usize) -> f64;
     /// √luma of a pixel of the previous picture.
@@ -120,8 +125,13 @@ fn check(inputs: &Inputs, settings: &Settings) -> Result<(), WrongInput> {
     let needs = [
         (
             settings.motion.is_some() || settings.reprojection.is_some(),
-            inputs.motion.is_some(),
+            inputs.motion.is_some() || inputs.cameras.is_some() && inputs.depth.is_some(),
             "motion vectors",
+        ),
+        (
+            settings.lens.is_some(),
+            inputs.depth.is_some() && settings.motion.is_some(),
+            "depth and motion for the lens",
         ),
         (
             settings.later_blur,
@@ -153,6 +163,23 @@ fn check(inputs: &Inputs, settings: &Settings) -> Result<(), WrongInput> {
     }
 }
 
+/// The motion of a scene that has no vectors: its cameras', but for what does not move with the world.
+fn camera_vectors(inputs: &Inputs, settings: &Settings) -> Option<Vec<[f32; 2]>> {
+    let (None, Some(cameras), Some(depth), Some(_)) =
+        (inputs.motion, inputs.cameras, inputs.depth, settings.motion)
+    else {
+        return None;
+    };
+    let mut vectors =
+        super::reproject::camera_motions(inputs.size, depth, &cameras.now, &cameras.before);
+    for (vector, mark) in vectors.iter_mut().zip(inputs.flags.unwrap_or_default()) {
+        if mark & flags::STATIC != 0 {
+            *vector = [0.0; 2];
+        }
+    }
+    Some(vectors)
+}
+
 /// Runs the stage.
 ///
 /// # Errors
@@ -164,6 +191,14 @@ pub fn run<N: Numbers>(
     params: &Params,
 ) -> Result<Output, WrongInput> {
     check(inputs, settings)?;
+    if let (true, Some(effect)) = (settings.is_by_tiles(), settings.first_by_pixel()) {
+        return Err(WrongInput::ByTiles(effect));
+    }
+    let vectors = camera_vectors(inputs, settings);
+    let inputs = &Inputs {
+        motion: inputs.motion.or(vectors.as_deref()),
+        ..*inputs
+    };
     let [width, height] = inputs.size;
     let layout = SriLayout::new(width, height);
     let sources: Vec<Result<u32, NoSource>> = (0..height)
@@ -183,9 +218,12 @@ pub fn run<N: Numbers>(
         params,
         sources: &sources,
         speeds,
+        optics: Optics::new(settings, &inputs.frame()),
     };
     let mut quads = vec![Quad::full(Reason::NoHistory); (layout.width * layout.height) as usize];
-    if inputs.has_history {
+    if inputs.has_history && settings.is_by_tiles() {
+        stage.tiles(&mut quads, layout.width);
+    } else if inputs.has_history {
         for (index, quad) in quads.iter_mut().enumerate() {
             *quad = stage.quad([index as u32 % layout.width, index as u32 / layout.width]);
         }
@@ -236,8 +274,10 @@ pub fn run<N: Numbers>(
             }
         }
     }
-    let sri = match &settings.own {
-        Some(own) => super::own::combine(&sri, own, settings.largest, inputs, &mut reasons),
+    // a stage by tiles looks at no flags itself
+    let own = settings.own.clone();
+    let sri = match own.or_else(|| settings.is_by_tiles().then(super::OwnRates::default)) {
+        Some(own) => super::own::combine(&sri, &own, settings.largest, inputs, &mut reasons),
         None => sri,
     };
     let half = settings
@@ -316,6 +356,7 @@ struct Stage<'a, N> {
     params: &'a Params,
     sources: &'a [Result<u32, NoSource>],
     speeds: Vec<u32>,
+    optics: Optics,
 }
 
 impl<N: Numbers> Stage<'_, N> {
@@ -382,7 +423,10 @@ impl<N: Numbers> Stage<'_, N> {
                     };
                     // a later blur of a width hides what motion of that speed does (Eq. 17)
                     let blur = self.inputs.blur.filter(|_| self.settings.later_blur);
-                    speed.max(blur.map_or(0, |blur| motion::speed_index(blur[pixel], 16.0)))
+                    let lens = self.inputs.depth.filter(|_| self.settings.lens.is_some());
+                    speed
+                        .max(blur.map_or(0, |blur| motion::speed_index(blur[pixel], 16.0)))
+                        .max(lens.map_or(0, |depth| self.optics.blur(depth[pixel])))
                 };
                 window.iter().map(of).min().unwrap_or_default()
             }),
@@ -423,6 +467,37 @@ impl<N: Numbers> Stage<'_, N> {
             let log = u8::from(below(1)) + u8::from(below(1) && below(2));
             log.min(if axis == 0 { largest >> 2 } else { largest & 3 })
         })
+    }
+
+    /// The quads of all tiles: see [`tiles`](super::tiles).
+    fn tiles(&self, quads: &mut [Quad], across: u32) {
+        let data = super::tiles::data(self.numbers, self.inputs);
+        let [wide, high] = self
+            .inputs
+            .size
+            .map(|side| side.div_ceil(super::tiles::SIDE));
+        for tile in (0..high).flat_map(|y| (0..wide).map(move |x| [x, y])) {
+            let logs = |window: &N::Window, place: &Place| self.logs(window, place, false);
+            let (inputs, params) = (self.inputs, self.params);
+            let (rate, error, reason) =
+                super::tiles::rate(self.numbers, &data, inputs, params, tile, logs);
+            let reason = match rate == logs_cap(params) {
+                true => Reason::None,
+                false => reason,
+            };
+            let quad = Quad {
+                rate,
+                attachment: rate,
+                reason,
+                error,
+            };
+            for (index, slot) in quads.iter_mut().enumerate() {
+                let (x, y) = (index as u32 % across, index as u32 / across);
+                if [x / 8, y / 8] == tile {
+                    *slot = quad;
+                }
+            }
+        }
     }
 
     fn decide(&self, sums: &[Option<N::Window>; 2], place: &Place, no_half_rate: bool) -> Quad {

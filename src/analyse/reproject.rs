@@ -14,12 +14,23 @@ pub fn camera_motion(
     now_from_clip: &DMat4,
     clip_before: &DMat4,
 ) -> [f32; 2] {
+    let centre = [f64::from(pixel[0]) + 0.5, f64::from(pixel[1]) + 0.5];
+    motion_of(centre, size, depth, now_from_clip, clip_before)
+}
+
+/// The same of any place, in pixels.
+pub(super) fn motion_of(
+    centre: [f64; 2],
+    size: [u32; 2],
+    depth: f32,
+    now_from_clip: &DMat4,
+    clip_before: &DMat4,
+) -> [f32; 2] {
     const NONE: [f32; 2] = [f32::NAN; 2];
     if !(0.0..=1.0).contains(&depth) {
         return NONE;
     }
     let [width, height] = size.map(f64::from);
-    let centre = [f64::from(pixel[0]) + 0.5, f64::from(pixel[1]) + 0.5];
     // clip space has y up, pixels have y down
     let clip = DVec4::new(
         centre[0] / width * 2.0 - 1.0,

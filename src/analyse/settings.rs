@@ -1,7 +1,7 @@
 //! What the analysis is told: one struct for each effect, with its source, units and ranges. `None` means that the effect
 //! is not there at all: not compiled, not bound, not dispatched.
 
-use super::{half::HalfResolution, own::OwnRates};
+use super::{half::HalfResolution, optics::Lens, own::OwnRates};
 use crate::Rate;
 
 /// How many differences become one error (§3.1).
@@ -208,10 +208,23 @@ impl Default for Motion {
     }
 }
 
+/// What is fetched along motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Fetch {
+    /// The previous picture, for each pixel (§5.1).
+    #[default]
+    Pixel,
+    /// What the previous picture's tiles of 16×16 pixels told, for each tile, by its furthest depth and the cameras (GDC, passes 1 and 2):
+    /// one rate a tile, by content and motion alone.
+    Tile,
+}
+
 /// The previous picture is fetched along motion (§5.1). Motion vectors, times their scale, point from where a surface was
 /// to where it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reprojection {
+    /// What is fetched.
+    pub fetch: Fetch,
     /// Where depth is had, a surface whose inverse depth differs from what was there by more than this share was hidden,
     /// and is shaded at full rate. Relative, so that the scene's scale does not matter.
     pub tolerance: f64,
@@ -224,6 +237,7 @@ pub struct Reprojection {
 impl Default for Reprojection {
     fn default() -> Reprojection {
         Reprojection {
+            fetch: Fetch::Pixel,
             tolerance: 0.1,
             reversed_z: true,
             near_over_far: 0.0,
@@ -361,7 +375,9 @@ pub struct Settings {
     /// Whether a later blur (depth of field, motion blur) hides coarse shading as motion of its width does: Eq. 17 with the
     /// post-filter's box (DOOM, "Post Process Blurs"). Needs [`Settings::motion`], by [`Blur::Scaled`].
     pub later_blur: bool,
-    /// Reprojection; needs motion vectors.
+    /// The same by a depth of field that is worked out here, from this frame's depth: for renderers whose own is not ready in time.
+    pub lens: Option<Lens>,
+    /// Reprojection; needs motion vectors, or cameras and depth.
     pub reprojection: Option<Reprojection>,
     /// Materials.
     pub materials: Option<Materials>,
@@ -389,12 +405,48 @@ pub struct Settings {
     pub largest: Rate,
 }
 
+impl Settings {
+    /// Whether the stage goes by tiles.
+    pub fn is_by_tiles(&self) -> bool {
+        self.reprojection
+            .is_some_and(|reprojection| reprojection.fetch == Fetch::Tile)
+    }
+
+    /// The first effect that looks at pixels one by one, and so cannot be had by tiles.
+    pub(crate) fn first_by_pixel(&self) -> Option<&'static str> {
+        let content = &self.content;
+        let all = [
+            (content.pairs != Pairs::All, "a choice of pairs"),
+            (
+                content.difference != Difference::Luma,
+                "a difference of channels",
+            ),
+            (
+                matches!(content.form, Form::Pairwise { .. }),
+                "the pairwise form",
+            ),
+            (content.norm == Norm::Root, "the mean's root"),
+            (self.later_blur || self.lens.is_some(), "a later blur"),
+            (self.materials.is_some(), "material sensitivity"),
+            (self.stability != Stability::None, "stability"),
+            (self.half_rate.is_some(), "the extra half rate"),
+            (self.transparents, "transparents"),
+            (self.foveation.is_some(), "foveation"),
+            (self.safe_area.is_some(), "a safe area"),
+        ];
+        all.into_iter()
+            .find(|effect| effect.0)
+            .map(|effect| effect.1)
+    }
+}
+
 impl Default for Settings {
     fn default() -> Settings {
         Settings {
             content: Content::default(),
             motion: None,
             later_blur: false,
+            lens: None,
             reprojection: None,
             materials: None,
             stability: Stability::None,

@@ -26,7 +26,7 @@ use crate::{
 #[command(after_help = "SCENE.toml, every line of which may be left out:
   colour = \"codes\"      # or linear, sqrt-luma
   motion = true         # motion vectors; and of the same kind:
-  # depth, after-transparents, previous-rates, materials, noise, ids, flags, blur, attachment, reasons, sqrt-luma
+  # depth, cameras, after-transparents, previous-rates, materials, noise, ids, flags, blur, attachment, reasons, sqrt-luma
 
 Examples:
   vrcs plan interior
@@ -51,6 +51,7 @@ struct Declaration {
     after_transparents: bool,
     motion: bool,
     depth: bool,
+    cameras: bool,
     previous_rates: bool,
     materials: bool,
     noise: bool,
@@ -86,10 +87,11 @@ pub(crate) fn scene_of(declared: &Declared) -> Scene {
 
 /// Every effect that a scene's declaration serves, with its default parameters: what is not declared is not there.
 pub(crate) fn settings_of(scene: &Scene) -> Settings {
+    let has_motion = scene.motion || scene.cameras && scene.depth;
     Settings {
-        motion: scene.motion.then(Motion::default),
+        motion: has_motion.then(Motion::default),
         later_blur: scene.blur && scene.motion,
-        reprojection: scene.motion.then(Reprojection::default),
+        reprojection: has_motion.then(Reprojection::default),
         materials: scene.materials.then(Materials::default),
         stability: match scene.previous_rates {
             true => Stability::Hysteresis,
@@ -157,6 +159,7 @@ fn read(path: &Path) -> Result<(String, Scene), Failure> {
         after_transparents: declared.after_transparents,
         motion: declared.motion,
         depth: declared.depth,
+        cameras: declared.cameras,
         previous_rates: declared.previous_rates,
         materials: declared.materials,
         noise: declared.noise,
@@ -178,6 +181,8 @@ fn buffers(plan: &Plan, size: [u32; 2]) -> Vec<(String, u64)> {
     for &binding in &plan.bindings {
         let bytes = match binding {
             Binding::Params => size_of::<params::Params>() as u64,
+            // a matrix, a row, five numbers and room
+            Binding::Optics => 112,
             Binding::Tables => (params::TABLE_FALLOFF + params::FALLOFF) as u64 * 4,
             Binding::SqrtLuma => luma,
             Binding::Colour | Binding::After if plan.scene.colour == ColourForm::SqrtLuma => luma,
