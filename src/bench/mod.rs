@@ -5,6 +5,7 @@
 //! flatters. *Refuses*: to call what a software driver shows a goal met. Outcomes on a real GPU: `shaders/bench/H100.md`.
 
 mod barriers;
+mod encodings;
 mod heavy;
 mod machinery;
 mod rewriting;
@@ -113,12 +114,13 @@ fn own(error: impl std::fmt::Display) -> BenchError {
 type Rows = fn(&Bench, &Gpu) -> Result<Vec<Row>, BenchError>;
 
 /// All groups of rows and what their rows' names start with.
-const GROUPS: [(&str, Rows); 9] = [
+const GROUPS: [(&str, Rows); 10] = [
     ("identity", heavy::identity),
     ("heavy", heavy::shares),
     ("light", heavy::light_shares),
     ("classified", heavy::classified),
     ("barriers", barriers::rows),
+    ("encodings", encodings::rows),
     ("stage", machinery::stages),
     ("all machinery", machinery::together),
     ("resolution", machinery::resolutions),

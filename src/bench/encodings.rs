@@ -1,0 +1,325 @@
+//! Rows of encodings: what it costs to write down which pixels of a tile are shaded, and to go by it in some passes of a frame.
+//!
+//! *Does*: times a builder and a pass for each encoding of `shaders/bench/encodings.wgsl`, over the same shading rates. *Guarantees*:
+//! all passes leave the same picture, or there are no rows. *Needs*: a picture of whole tiles; the height is cut down to one.
+
+use super::{
+    Bench, BenchError, Part, Row, own,
+    stage::{self, Inputs, group},
+    timer::{Contender, Times, measure},
+};
+use crate::{
+    check::gpu::Gpu,
+    kernel::{self, shader},
+    sri::{Sri, SriLayout},
+};
+
+/// An encoding: its name, and what its kernels are compiled with.
+type Encoding = (&'static str, &'static [(&'static str, u32)]);
+
+const ENCODINGS: [Encoding; 4] = [
+    ("32-bit entries", &[("WORDS", 1)]),
+    ("11 bits in 16", &[("HALVES", 1)]),
+    (
+        "4-bit partition, searched",
+        &[("PARTITION", 1), ("SEARCH", 1)],
+    ),
+    ("4-bit partition, unpacked", &[("PARTITION", 1)]),
+];
+/// Passes of a frame that go by one build.
+const PASSES: [u32; 4] = [1, 2, 4, 8];
+/// Lights of a pass: one that hardly does anything but read its entry, and one of some weight.
+const LIGHTS: [u32; 2] = [4, 64];
+
+/// The kernels of an encoding, bound.
+struct Kernels {
+    name: &'static str,
+    build: wgpu::ComputePipeline,
+    shade: wgpu::ComputePipeline,
+    built: wgpu::BindGroup,
+    shaded: Vec<wgpu::BindGroup>,
+    groups: [u32; 2],
+}
+
+/// The 15 ways to part four pixels, by how many groups they make, the most first: a nibble for each place, the members of the
+/// group that it leads. The two halves of a quad are the first that make two.
+fn partings() -> [u32; 16] {
+    let mut all = Vec::new();
+    // which group each place is in, numbered as they come
+    for code in 0..256u32 {
+        let of = |place: u32| code >> (2 * place) & 3;
+        let is_numbered = (0..4).all(|place| {
+            let most = (0..place).map(|before| of(before) + 1).max().unwrap_or(0);
+            of(place) <= most
+        });
+        if !is_numbered {
+            continue;
+        }
+        let mut leads = 0;
+        for place in 0..4 {
+            let members = (0..4).filter(|&other| of(other) == of(place));
+            let members = members.fold(0, |mask, other| mask | 1 << other);
+            if (members as u32).trailing_zeros() == place {
+                leads |= (members as u32) << (4 * place);
+            }
+        }
+        all.push(leads);
+    }
+    let groups = |leads: u32| {
+        (0..4)
+            .filter(|place| leads >> (4 * place) & 15 != 0)
+            .count()
+    };
+    // rows, then columns
+    let halves = |leads: u32| match leads {
+        0x0c03 => 0,
+        0x00a5 => 1,
+        _ => 2,
+    };
+    all.sort_by_key(|&leads| (4 - groups(leads), halves(leads), leads));
+    let mut table = [0; 16];
+    table[..all.len()].copy_from_slice(&all);
+    table
+}
+
+impl Kernels {
+    fn new(
+        gpu: &Gpu,
+        &(name, defs): &Encoding,
+        size: [u32; 2],
+        inputs: &Inputs,
+        [frame, sri, partings]: [&wgpu::Buffer; 3],
+    ) -> Kernels {
+        let module = kernel::shader_module(&gpu.device, shader!("bench/encodings.wgsl"), defs);
+        let pipeline = |entry: &str| {
+            gpu.device
+                .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                    label: Some(name),
+                    layout: None,
+                    module: &module,
+                    entry_point: Some(entry),
+                    compilation_options: wgpu::PipelineCompilationOptions {
+                        zero_initialize_workgroup_memory: false,
+                        ..wgpu::PipelineCompilationOptions::default()
+                    },
+                    cache: None,
+                })
+        };
+        let [build, shade] = ["build", "shade"].map(pipeline);
+        let tiles = size.map(|side| side / 16);
+        // room for the largest: a header and 224 words a tile
+        let bytes = vec![0; tiles[0] as usize * tiles[1] as usize * 225 * 4];
+        let coords = gpu.buffer(name, &bytes, wgpu::BufferUsages::STORAGE);
+        let is_parted = defs.iter().any(|&(def, _)| def == "PARTITION");
+        let built = group(
+            gpu,
+            &build.get_bind_group_layout(0),
+            &[
+                (0, frame.as_entire_binding()),
+                (4, coords.as_entire_binding()),
+                (5, sri.as_entire_binding()),
+            ],
+        );
+        let both = inputs.surfaces.iter().zip(&inputs.pictures);
+        let shaded = both.map(|(surface, picture)| {
+            let mut resources = vec![
+                (0, frame.as_entire_binding()),
+                (1, wgpu::BindingResource::TextureView(surface)),
+                (2, inputs.lights.as_entire_binding()),
+                (3, wgpu::BindingResource::TextureView(picture)),
+                (4, coords.as_entire_binding()),
+            ];
+            if is_parted {
+                resources.push((6, partings.as_entire_binding()));
+            }
+            group(gpu, &shade.get_bind_group_layout(0), &resources)
+        });
+        Kernels {
+            name,
+            shaded: shaded.collect(),
+            build,
+            shade,
+            built,
+            groups: tiles,
+        }
+    }
+
+    fn record_build(&self, pass: &mut wgpu::ComputePass) {
+        let [across, down] = self.groups;
+        let together = if self.name.contains("partition") {
+            8
+        } else {
+            4
+        };
+        pass.set_pipeline(&self.build);
+        pass.set_bind_group(0, &self.built, &[]);
+        pass.dispatch_workgroups(across.div_ceil(together), down, 1);
+    }
+
+    fn record_pass(&self, pass: &mut wgpu::ComputePass, round: usize) {
+        let [across, down] = self.groups;
+        pass.set_pipeline(&self.shade);
+        pass.set_bind_group(0, &self.shaded[round % self.shaded.len()], &[]);
+        pass.dispatch_workgroups(across, down, 1);
+    }
+}
+
+/// Time of build and passes over that of 32-bit entries, for each other encoding; no goal, but the smaller the better.
+pub(super) fn rows(bench: &Bench, gpu: &Gpu) -> Result<Vec<Row>, BenchError> {
+    let size = bench.size.map(|side| (side / 16).max(1) * 16);
+    let whole = Bench {
+        size,
+        ..bench.clone()
+    };
+    let mut rows = Vec::new();
+    for (what, sri) in [
+        ("random, 50 % primary", stage::random(size, 0.5)),
+        ("natural", stage::natural(size)),
+    ] {
+        for lights in LIGHTS {
+            let inputs = Inputs::new(&whole, gpu, lights);
+            rows.extend(compare(&whole, gpu, &inputs, &sri, lights, what)?);
+        }
+    }
+    Ok(rows)
+}
+
+fn compare(
+    bench: &Bench,
+    gpu: &Gpu,
+    inputs: &Inputs,
+    sri: &Sri,
+    lights: u32,
+    what: &str,
+) -> Result<Vec<Row>, BenchError> {
+    let [width, height] = bench.size;
+    let frame = [
+        width,
+        height,
+        lights,
+        SriLayout::new(width, height).pitch / 4,
+    ];
+    let frame = gpu.buffer(
+        "frame",
+        bytemuck::cast_slice(&frame),
+        wgpu::BufferUsages::UNIFORM,
+    );
+    let storage = wgpu::BufferUsages::STORAGE;
+    let rates = gpu.buffer("rates", sri.bytes(), storage);
+    let partings = gpu.buffer("partings", bytemuck::cast_slice(&partings()), storage);
+    let kernels: Vec<Kernels> = ENCODINGS
+        .iter()
+        .map(|encoding| {
+            let buffers = [&frame, &rates, &partings];
+            Kernels::new(gpu, encoding, bench.size, inputs, buffers)
+        })
+        .collect();
+    gpu.check()?;
+    check_pictures(gpu, &kernels, inputs)?;
+    let mut contenders = Vec::new();
+    for of in &kernels {
+        contenders.push(Contender::new(format!("{}, build", of.name), |pass, _| {
+            of.record_build(pass)
+        }));
+        contenders.push(Contender::new(
+            format!("{}, a pass", of.name),
+            |pass, round| of.record_pass(pass, round),
+        ));
+    }
+    let times = measure(gpu, bench.rounds, &contenders)?;
+    let frame_of = |index: usize, passes: u32| {
+        times[2 * index].median + f64::from(passes) * times[2 * index + 1].median
+    };
+    let mut rows = Vec::new();
+    for (index, of) in kernels.iter().enumerate().skip(1) {
+        for passes in PASSES {
+            let part = |name: &str, times: Times| Part::new(name, times);
+            let mut row = Row::ratio(
+                format!(
+                    "encodings, {what}, {lights} lights, build and {passes} passes: {} over {}",
+                    of.name, kernels[0].name
+                ),
+                frame_of(index, passes) / frame_of(0, passes),
+                1.0,
+                vec![
+                    part("its build", times[2 * index]),
+                    part("its pass", times[2 * index + 1]),
+                    part("build", times[0]),
+                    part("pass", times[1]),
+                ],
+            );
+            row.met = None;
+            rows.push(row);
+        }
+    }
+    Ok(rows)
+}
+
+/// Every encoding leaves the same picture.
+fn check_pictures(gpu: &Gpu, kernels: &[Kernels], inputs: &Inputs) -> Result<(), BenchError> {
+    let picture = inputs.pictures[0].texture();
+    let mut first = None;
+    for of in kernels {
+        // what is not written stays as it was cleared
+        let bytes = vec![0x5a; (picture.width() * picture.height() * 4) as usize];
+        gpu.queue.write_texture(
+            picture.as_image_copy(),
+            &bytes,
+            wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(picture.width() * 4),
+                rows_per_image: None,
+            },
+            picture.size(),
+        );
+        let mut encoder = gpu.encoder();
+        {
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            of.record_build(&mut pass);
+            of.record_pass(&mut pass, 0);
+        }
+        let got = gpu.read_rgba8(encoder, picture)?;
+        match &first {
+            None => first = Some(got),
+            Some(first) if *first == got => {}
+            Some(first) => {
+                let at = first
+                    .iter()
+                    .zip(&got)
+                    .position(|(a, b)| a != b)
+                    .unwrap_or(0)
+                    / 4;
+                let [x, y] = [at as u32 % picture.width(), at as u32 / picture.width()];
+                return Err(own(format!(
+                    "{} leaves another picture than {}, first at pixel ({x}, {y})",
+                    of.name, kernels[0].name
+                )));
+            }
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::partings;
+
+    #[test]
+    fn four_pixels_are_parted_in_fifteen_ways() {
+        let all = partings();
+        assert_eq!(all[15], 0);
+        assert_eq!(
+            (all[0], all[7], all[8], all[14]),
+            (0x8421, 0x0c03, 0x00a5, 0x000f)
+        );
+        for (code, leads) in all[..15].iter().enumerate() {
+            let groups: Vec<u32> = (0..4)
+                .map(|place| leads >> (4 * place) & 15)
+                .filter(|&members| members != 0)
+                .collect();
+            assert_eq!(groups.iter().sum::<u32>(), 15, "each pixel in one group");
+            let expected = [4, 3, 3, 3, 3, 3, 3, 2, 2, 2, 2, 2, 2, 2, 1][code];
+            assert_eq!(groups.len(), expected, "code {code}");
+        }
+    }
+}
