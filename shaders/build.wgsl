@@ -248,6 +248,9 @@ fn build(
 #endif
 #ifdef TILED
     if number == 0u && has_tile {
+#ifdef USER
+        header |= (user_bits[slot / 8u] >> ((slot % 8u) * 4u)) << 28u;
+#endif
         coords[slot] = header;
     }
 #endif

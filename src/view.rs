@@ -332,6 +332,12 @@ impl View {
         self.buffers.statistics.as_ref()
     }
 
+    /// The user's own bits of each tile, if the options ask for them, in the form of [`user_words`](crate::build::user_words): write
+    /// them, or have a pass write them, before the build. The tile's [header](crate::build::Header::user) has them then.
+    pub fn user(&self) -> Option<&wgpu::Buffer> {
+        self.buffers.user.as_ref()
+    }
+
     /// Uploads shading rates from memory.
     ///
     /// # Errors

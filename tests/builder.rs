@@ -4,7 +4,8 @@ mod common;
 
 use fastrand::Rng;
 use vrcs::{
-    Rate,
+    Rate, View,
+    analyse::half::{self, HalfResolution},
     build::{
         BuildOptions, Modes,
         cpu::{self, Coordinates, Frame},
@@ -12,11 +13,11 @@ use vrcs::{
         primary::Order,
     },
     check::{
-        coordinates::{build_on, compare},
+        coordinates::{Built, SampleTextures, build_on, compare},
         gpu::Gpu,
         rates::Pattern,
     },
-    coverage::{Coverage, Depth, DepthKind, Normals, Sky, cpu::Samples},
+    coverage::{Coverage, Depth, DepthKind, Normals, Sky, Textures, cpu::Samples},
     sri::Sri,
 };
 use vrcs_passes::options::FullTiles;
@@ -57,6 +58,7 @@ fn everything(options: BuildOptions) -> BuildOptions {
         modes: Modes::ALL,
         effective: true,
         statistics: true,
+        user: true,
         ..options
     }
 }
@@ -88,7 +90,9 @@ fn the_gpu_makes_what_its_cpu_twin_makes() {
             let mut rng = Rng::with_seed(seed + index as u64);
             let pattern = Pattern::of_case(rng.u32(0..24), options.largest);
             let sri = pattern.image(extent[0], extent[1], &mut rng);
+            let bits: Vec<u32> = (0..4096).map(|_| rng.u32(..)).collect();
             let frame = Frame {
+                user: &bits,
                 order: match rng.bool() {
                     true => Order::Rotating(rng.u32(..)),
                     false => Order::Fixed,
@@ -222,6 +226,7 @@ fn coverage_on_the_gpu_is_that_of_its_cpu_twin() {
                 let frame = Frame {
                     order: Order::Rotating(index as u32),
                     samples: Some(&samples),
+                    ..Frame::default()
                 };
                 let twin = hold(&gpu, &sri, extent, options, &frame);
                 assert_partition(&twin);
@@ -237,6 +242,88 @@ fn coverage_on_the_gpu_is_that_of_its_cpu_twin() {
         split > 1000 && whole > 1000 && skies > 1000,
         "{split} {whole} {skies}"
     );
+}
+
+/// A view of half the size: the rates of half the resolution, and of every two by two pixels the surface and depth of the one
+/// that the pass shades.
+#[test]
+fn half_the_size_goes_by_a_chosen_sample() {
+    let gpu = common::gpu();
+    let mut rng = Rng::with_seed(common::seed());
+    let coverage = Coverage {
+        surfaces: true,
+        depth: Some(Depth::new(DepthKind::Reversed)),
+        sky: Some(Sky::Surface(0)),
+        ..Coverage::default()
+    };
+    let options = BuildOptions {
+        coverage,
+        full_tiles: FullTiles::Keep,
+        ..BuildOptions::default()
+    };
+    let mut maps = Vec::new();
+    for full in [[66, 50], [67, 51], [1, 1]] {
+        let half = half::size_of(full);
+        let samples = planes(full, &coverage, &mut rng);
+        let sri = Pattern::MostlyCoarse.image(full[0], full[1], &mut rng);
+        let rates = half::half(&sri, full, HalfResolution::Code);
+        let textures = SampleTextures::new(&gpu, &coverage, &samples);
+        for sample in [[0, 0], [1, 0], [0, 1], [1, 1]] {
+            let chosen = |at: u32| {
+                let [x, y] = [at % half[0], at / half[0]];
+                let x = (2 * x + sample[0]).min(full[0] - 1);
+                let y = (2 * y + sample[1]).min(full[1] - 1);
+                (y * full[0] + x) as usize
+            };
+            let pixels = || (0..half[0] * half[1]).map(chosen);
+            let picked = Samples {
+                size: half,
+                surfaces: pixels().map(|at| samples.surfaces[at]).collect(),
+                depth: pixels().map(|at| samples.depth[at]).collect(),
+                ..Samples::default()
+            };
+            let frame = Frame {
+                samples: Some(&picked),
+                ..Frame::default()
+            };
+            let twin = cpu::build_frame(&rates, half, &options, &frame);
+            let size = [half[0], half[1], 1];
+            let mut view = View::new(&gpu.device, &gpu.queue, size, options).expect("a view");
+            let given = Textures {
+                scale: 1,
+                sample,
+                ..textures.get()
+            };
+            view.cover(&gpu.queue, &given).expect("its textures");
+            view.write_sri(&gpu.queue, &rates).expect("its rates");
+            let [coords, list, arguments] = [
+                &view.buffers().coords,
+                &view.buffers().list,
+                &view.buffers().arguments,
+            ]
+            .map(|buffer| buffer.as_ref().expect("asked for by default"));
+            let poison = vec![0xa5; coords.size() as usize];
+            gpu.queue.write_buffer(coords, 0, &poison);
+            let mut encoder = gpu.encoder();
+            view.build(&mut encoder);
+            let read = gpu
+                .submit_and_read(encoder, &[coords, list, arguments])
+                .expect("what was built");
+            let words = |index: usize| bytemuck::pod_collect_to_vec::<u8, u32>(&read[index]);
+            let built = Built {
+                coords: words(0),
+                list: words(1),
+                arguments: words(2),
+                ..Built::default()
+            };
+            if let Err(difference) = compare(&twin, &built) {
+                panic!("{full:?}, sample {sample:?}: {difference:?}");
+            }
+            assert_partition(&twin);
+            maps.push(twin.map());
+        }
+    }
+    assert_ne!(maps[0], maps[3], "which sample is chosen matters");
 }
 
 /// Each pixel of the extent is a member of exactly one group, its primary is a member of that group, and a group shares

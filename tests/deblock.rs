@@ -6,8 +6,13 @@ use std::{cell::RefCell, rc::Rc};
 
 use fastrand::Rng;
 use vrcs::{
-    Rate,
-    check::gpu::{Gpu, adapters},
+    Rate, View,
+    build::{BuildOptions, Header, user_words},
+    check::{
+        coordinates::SampleTextures,
+        gpu::{Gpu, adapters},
+    },
+    coverage::{Coverage, Sky, cpu::Samples},
     deblock::{
         Counters, Deblocker, Depth, DepthKind, Inputs, Luma, Options, Packing, Picture,
         PictureInput, Way,
@@ -16,6 +21,7 @@ use vrcs::{
     },
     sri::Sri,
 };
+use vrcs_passes::options::FullTiles;
 use wgpu::TextureFormat;
 
 /// A scene that owns its parts.
@@ -948,6 +954,105 @@ fn every_result_lies_between_the_values_around_it() {
             assert!((low - slack..=high + slack).contains(&value), "pixel {i}");
         }
         assert_eq!(color[3], case.colors[i][3], "alpha is not filtered");
+    }
+}
+
+/// The coarse quads of every class of tiles are filtered: of mixed tiles, of tiles of one rate, of sky; and of any of them whether
+/// or not the user marked it, as DOOM does tiles in fog, where it shipped without.
+#[test]
+fn every_class_of_tiles_is_deblocked_in_fog_too() {
+    let bench = Bench::new();
+    let mut rng = Rng::with_seed(common::seed());
+    // four columns of tiles: full rate, one rate, mixed, sky; the second row of them lies in fog
+    let extent = [64, 32];
+    let sri = Sri::from_fn(extent[0], extent[1], |x, _| match x / 8 {
+        0 => Rate::R1X1.code(),
+        2 => [Rate::R1X1, Rate::R2X2, Rate::R2X1, Rate::R1X2][rng.usize(0..4)].code(),
+        _ => Rate::R2X2.code(),
+    });
+    let samples = Samples {
+        size: extent,
+        surfaces: (0..64 * 32).map(|i| u32::from(i % 64 < 48)).collect(),
+        ..Samples::default()
+    };
+    let coverage = Coverage {
+        surfaces: true,
+        sky: Some(Sky::Surface(0)),
+        ..Coverage::default()
+    };
+    let options = BuildOptions {
+        coverage,
+        effective: true,
+        full_tiles: FullTiles::Keep,
+        user: true,
+        ..BuildOptions::default()
+    };
+    let gpu = &bench.gpu;
+    let textures = SampleTextures::new(gpu, &coverage, &samples);
+    let mut view = View::new(&gpu.device, &gpu.queue, [64, 32, 1], options).expect("a view");
+    view.cover(&gpu.queue, &textures.get())
+        .expect("its textures");
+    view.write_sri(&gpu.queue, &sri).expect("its rates");
+    let mut effective = Vec::new();
+    for fog in [0, 1] {
+        let marks = user_words((0..8).map(|tile| if tile >= 4 { fog } else { 0 }));
+        let user = view.user().expect("asked for");
+        gpu.queue
+            .write_buffer(user, 0, bytemuck::cast_slice(&marks));
+        let mut encoder = gpu.encoder();
+        view.build(&mut encoder);
+        let built = [view.coords(), view.effective()].map(|b| b.expect("asked for"));
+        let read = gpu
+            .submit_and_read(encoder, &built)
+            .expect("what was built");
+        let headers: Vec<Header> = bytemuck::pod_collect_to_vec::<u8, u32>(&read[0])[..8]
+            .iter()
+            .map(|&word| Header(word))
+            .collect();
+        for (tile, header) in headers.iter().enumerate() {
+            let class = (header.is_identity(), header.is_uniform(), header.is_sky());
+            let wanted = [
+                (true, false, false),
+                (false, true, false),
+                (false, false, false),
+                (false, true, true),
+            ][tile % 4];
+            assert_eq!(class, wanted, "tile {tile}");
+            assert_eq!(
+                header.user(),
+                if tile >= 4 { fog } else { 0 },
+                "tile {tile}"
+            );
+        }
+        effective.push(read[1].clone());
+    }
+    assert_eq!(effective[0], effective[1], "a mark is no rate");
+    let pitch = sri.layout().pitch;
+    let rates = Sri::from_fn(64, 32, |x, y| effective[1][(y * pitch + x) as usize]);
+    let case = Case::new(extent, rates, |x, y| {
+        let value = 0.01 * x as f32 + 0.007 * y as f32;
+        [value, 0.5 * value, 1.0 - value, 1.0]
+    })
+    .copied();
+    let picture = Picture::Buffer(Packing::Rgba32Float);
+    let got = bench.run(&case, picture);
+    assert_twins(
+        &got,
+        &cpu::deblock(&case.scene()),
+        packing_of(picture),
+        "fog",
+    );
+    for tile in 0..8usize {
+        let changed = (0..256)
+            .filter(|i| {
+                let at = (tile / 4 * 16 + i / 16) * 64 + tile % 4 * 16 + i % 16;
+                got.colors[at] != case.colors[at]
+            })
+            .count();
+        match tile % 4 {
+            0 => assert_eq!(changed, 0, "full rate"),
+            _ => assert!(changed > 64, "tile {tile}: {changed} pixels filtered"),
+        }
     }
 }
 

@@ -68,6 +68,10 @@ struct Params {
 #ifdef OCTAHEDRAL
 @group(0) @binding(11) var normal_texture: texture_2d<f32>;
 #endif
+#ifdef USER
+// Four bits a tile.
+@group(0) @binding(12) var<storage, read> user_bits: array<u32>;
+#endif
 
 // A workgroup builds TILES tiles beside one another, with an invocation for each quad.
 const TILES: u32 = #{TILES}u;

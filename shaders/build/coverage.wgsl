@@ -21,9 +21,26 @@ var<workgroup> normals: array<u32, AREA>;
 var<workgroup> is_sky: array<u32, AREA>;
 #endif
 
+// The size of the textures that samples are in.
+fn samples_size() -> vec2<u32> {
+    var size = vec2<u32>(1u);
+#ifdef TRIANGLES
+    size = textureDimensions(triangle_texture);
+#endif
+#ifdef SURFACES
+    size = textureDimensions(surface_texture);
+#endif
+#ifdef DEPTH
+    size = textureDimensions(depth_texture);
+#endif
+    return size;
+}
+
+// The texel that stands for a pixel. At half the size the last row or column may have one texel only.
 fn texel_of(pixel: vec2<i32>) -> vec2<i32> {
     let inside = clamp(pixel, vec2<i32>(0), vec2<i32>(params.extent) - 1);
-    return inside * (i32(params.sample_scale) + 1) + vec2<i32>(params.sample_at);
+    let texel = inside * (i32(params.sample_scale) + 1) + vec2<i32>(params.sample_at);
+    return min(texel, vec2<i32>(samples_size()) - 1);
 }
 
 fn in_halo(pixel: vec2<i32>) -> u32 {

@@ -3,12 +3,16 @@
 //! *Does*: times a builder and a pass for each encoding of `shaders/bench/encodings.wgsl`, over the same shading rates. *Guarantees*:
 //! all passes leave the same picture, or there are no rows. *Needs*: a picture of whole tiles; the height is cut down to one.
 
+use vrcs_passes::options::Mode;
+
 use super::{
     Bench, BenchError, Part, Row, own,
     stage::{self, Inputs, group},
     timer::{Contender, Times, measure},
 };
 use crate::{
+    Rate, View,
+    build::{BuildOptions, Modes},
     check::gpu::Gpu,
     kernel::{self, shader},
     sri::{Sri, SriLayout},
@@ -90,7 +94,9 @@ impl Kernels {
         inputs: &Inputs,
         [frame, sri, partings]: [&wgpu::Buffer; 3],
     ) -> Kernels {
-        let module = kernel::shader_module(&gpu.device, shader!("bench/encodings.wgsl"), defs);
+        let source = shader!("bench/encodings.wgsl");
+        // SAFETY: every loop runs to a constant, to the number of lights, or to what a tile holds
+        let module = unsafe { kernel::trusted_module(&gpu.device, source, defs) };
         let pipeline = |entry: &str| {
             gpu.device
                 .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
@@ -98,10 +104,7 @@ impl Kernels {
                     layout: None,
                     module: &module,
                     entry_point: Some(entry),
-                    compilation_options: wgpu::PipelineCompilationOptions {
-                        zero_initialize_workgroup_memory: false,
-                        ..wgpu::PipelineCompilationOptions::default()
-                    },
+                    compilation_options: kernel::compilation_options(),
                     cache: None,
                 })
         };
@@ -298,6 +301,73 @@ fn check_pictures(gpu: &Gpu, kernels: &[Kernels], inputs: &Inputs) -> Result<(),
         }
     }
     Ok(())
+}
+
+/// What is asked of a build.
+type Asked = (&'static str, BuildOptions);
+
+/// Microseconds of the coordinate build, by what is asked of it and by the rates; no goals here.
+pub(super) fn builds(bench: &Bench, gpu: &Gpu) -> Result<Vec<Row>, BenchError> {
+    let of = |modes: &[Mode]| BuildOptions {
+        modes: modes
+            .iter()
+            .fold(Modes::NONE, |modes, &mode| modes.with(mode)),
+        ..BuildOptions::default()
+    };
+    let asked: [Asked; 6] = [
+        ("tiled", of(&[Mode::Tiled])),
+        ("list", of(&[Mode::List])),
+        ("both", of(&[Mode::Tiled, Mode::List])),
+        ("classified", of(&[Mode::Classified])),
+        (
+            "both, 4x4",
+            BuildOptions {
+                largest: Rate::R4X4,
+                ..of(&[Mode::Tiled, Mode::List])
+            },
+        ),
+        (
+            "everything",
+            BuildOptions {
+                modes: Modes::ALL,
+                effective: true,
+                statistics: true,
+                ..BuildOptions::default()
+            },
+        ),
+    ];
+    let size = bench.size;
+    let mut rows = Vec::new();
+    for (what, sri) in [
+        ("random, 50 % primary", stage::random(size, 0.5)),
+        ("natural", stage::natural(size)),
+        ("all 2x2", Sri::uniform(size[0], size[1], Rate::R2X2)),
+        ("all 1x1", Sri::uniform(size[0], size[1], Rate::R1X1)),
+    ] {
+        let mut views = Vec::new();
+        for (name, options) in asked {
+            let view = View::new(&gpu.device, &gpu.queue, [size[0], size[1], 1], options);
+            let view = view.map_err(own)?;
+            view.write_sri(&gpu.queue, &sri).map_err(own)?;
+            views.push((name, view));
+        }
+        let contenders: Vec<Contender> = views
+            .iter()
+            .map(|(name, view)| Contender::new(*name, |pass, _| view.build_in(pass)))
+            .collect();
+        let times = measure(gpu, bench.rounds, &contenders)?;
+        for ((name, _), times) in views.iter().zip(&times) {
+            let mut row = Row::microseconds(
+                format!("build, {what}: {name}"),
+                times.median * 1e3,
+                0.0,
+                vec![Part::new("build", *times)],
+            );
+            row.met = None;
+            rows.push(row);
+        }
+    }
+    Ok(rows)
 }
 
 #[cfg(test)]

@@ -114,12 +114,13 @@ fn own(error: impl std::fmt::Display) -> BenchError {
 type Rows = fn(&Bench, &Gpu) -> Result<Vec<Row>, BenchError>;
 
 /// All groups of rows and what their rows' names start with.
-const GROUPS: [(&str, Rows); 10] = [
+const GROUPS: [(&str, Rows); 11] = [
     ("identity", heavy::identity),
     ("heavy", heavy::shares),
     ("light", heavy::light_shares),
     ("classified", heavy::classified),
     ("barriers", barriers::rows),
+    ("build", encodings::builds),
     ("encodings", encodings::rows),
     ("stage", machinery::stages),
     ("all machinery", machinery::together),

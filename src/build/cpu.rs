@@ -17,6 +17,8 @@ pub struct Frame<'f> {
     pub order: Order,
     /// What coverage is told by; needed if the options declare any.
     pub samples: Option<&'f Samples>,
+    /// The user's own bits, if the options ask for them, in the form of [`user_words`](super::user_words).
+    pub user: &'f [u32],
 }
 
 /// A coordinate buffer in memory.
@@ -79,7 +81,11 @@ pub fn build_frame(
             frame,
             origin: [0, 1].map(|axis| at[axis] * options.tile[axis]),
         };
-        let built = build.run(&mut bytes);
+        let mut built = build.run(&mut bytes);
+        if options.user {
+            let word = frame.user.get(tile as usize / 8).copied().unwrap_or(0);
+            built.header |= (word >> (tile % 8 * 4) & 15) << 28;
+        }
         words[tile as usize] = built.header;
         let stored = Header(built.header).stored() as usize;
         let start = (layout.entries + tile * layout.entries_per_tile) as usize;

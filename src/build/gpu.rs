@@ -140,6 +140,7 @@ enum Resource {
     Graded,
     Arguments,
     Statistics,
+    User,
     Triangles,
     Surfaces,
     Depth,
@@ -165,6 +166,8 @@ pub struct Buffers {
     pub arguments: Option<wgpu::Buffer>,
     /// The [statistics](Statistics::read).
     pub statistics: Option<wgpu::Buffer>,
+    /// The user's own bits of each tile, in the form of [`user_words`](super::user_words): written before the build.
+    pub user: Option<wgpu::Buffer>,
     counters: Option<wgpu::Buffer>,
 }
 
@@ -198,6 +201,7 @@ impl Buffers {
                 "vrcs statistics",
                 options.statistics.then_some(Statistics::BYTES),
             ),
+            user: optional("vrcs user bits", sizes.user),
             counters: optional("vrcs counters", has_counters(options).then_some(COUNTERS)),
         }
     }
@@ -214,6 +218,7 @@ impl Buffers {
             && fits(&self.classified, sizes.classified)
             && fits(&self.graded, sizes.graded)
             && fits(&self.effective, sizes.effective)
+            && fits(&self.user, sizes.user)
     }
 
     fn get(&self, resource: Resource) -> Option<&wgpu::Buffer> {
@@ -227,6 +232,7 @@ impl Buffers {
             Resource::Graded => self.graded.as_ref(),
             Resource::Arguments => self.arguments.as_ref(),
             Resource::Statistics => self.statistics.as_ref(),
+            Resource::User => self.user.as_ref(),
             _ => None,
         }
     }
@@ -241,6 +247,7 @@ pub struct Sizes {
     classified: Option<u64>,
     graded: Option<u64>,
     effective: Option<u64>,
+    user: Option<u64>,
 }
 
 impl Sizes {
@@ -257,6 +264,9 @@ impl Sizes {
             classified: modes.classified.then_some(lists.classified_bytes()),
             graded: modes.graded.then_some(lists.graded_bytes()),
             effective: options.effective.then_some(sri),
+            user: options
+                .user
+                .then_some(u64::from(coords.tile_count().div_ceil(8)) * 4),
         }
     }
 
@@ -323,6 +333,7 @@ pub(crate) fn defs(options: &BuildOptions) -> Vec<(&'static str, u32)> {
         ("GRADED", modes.graded),
         ("EFFECTIVE", options.effective),
         ("STATISTICS", options.statistics),
+        ("USER", options.user),
         ("COUNTERS", has_counters(options)),
         ("ARGUMENTS", has_lists(options)),
         ("ODD", options.is_odd()),
@@ -374,6 +385,7 @@ impl Builder {
             (9, Resource::Surfaces, coverage.surfaces),
             (10, Resource::Depth, coverage.depth.is_some()),
             (11, Resource::Normals, octahedral),
+            (12, Resource::User, options.user),
         ];
         let finish = [
             (0, Resource::Params, true),
@@ -486,7 +498,8 @@ impl Kernel {
             label,
             entries: &entries,
         });
-        let module = kernel::shader_module(device, source, defs);
+        // SAFETY: every loop runs to a constant or to what a tile holds, or takes a bit off a word in each round
+        let module = unsafe { kernel::trusted_module(device, source, defs) };
         let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label,
             bind_group_layouts: &[Some(&layout)],
@@ -497,11 +510,7 @@ impl Kernel {
             layout: Some(&pipeline_layout),
             module: &module,
             entry_point: Some(entry),
-            // they set what they share before they read it
-            compilation_options: wgpu::PipelineCompilationOptions {
-                zero_initialize_workgroup_memory: false,
-                ..wgpu::PipelineCompilationOptions::default()
-            },
+            compilation_options: kernel::compilation_options(),
             cache: None,
         });
         Kernel {
@@ -558,7 +567,9 @@ fn binding_type(resource: Resource) -> wgpu::BindingType {
     };
     match resource {
         Resource::Params => buffer(wgpu::BufferBindingType::Uniform),
-        Resource::Sri => buffer(wgpu::BufferBindingType::Storage { read_only: true }),
+        Resource::Sri | Resource::User => {
+            buffer(wgpu::BufferBindingType::Storage { read_only: true })
+        }
         Resource::Triangles | Resource::Surfaces => texture(wgpu::TextureSampleType::Uint),
         Resource::Depth | Resource::Normals => {
             texture(wgpu::TextureSampleType::Float { filterable: false })

@@ -85,6 +85,8 @@ pub struct BuildOptions {
     pub effective: bool,
     /// Whether statistics are counted.
     pub statistics: bool,
+    /// Whether tiles carry [bits of the user's own](Header::user), such as that fog covers them.
+    pub user: bool,
 }
 
 impl Default for BuildOptions {
@@ -98,6 +100,7 @@ impl Default for BuildOptions {
             coverage: Coverage::default(),
             effective: false,
             statistics: false,
+            user: false,
         }
     }
 }
@@ -339,7 +342,7 @@ pub fn rate_index(rate: Rate) -> usize {
 /// | 20 | [sky](Header::SKY) |
 /// | 21–23 | the [phase](primary::Order::code) in which primaries were chosen |
 /// | 24–27 | the rate of a uniform tile |
-/// | 28–31 | left for the user's own |
+/// | 28–31 | the [user's own](Header::user) |
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Header(pub u32);
 
@@ -369,6 +372,11 @@ impl Header {
         }
     }
 
+    /// The four bits that the user gave the tile: see [`user_words`].
+    pub fn user(self) -> u32 {
+        self.0 >> 28
+    }
+
     /// Whether every pixel is its own primary.
     pub fn is_identity(self) -> bool {
         self.0 & Header::IDENTITY != 0
@@ -383,6 +391,21 @@ impl Header {
     pub fn is_sky(self) -> bool {
         self.0 & Header::SKY != 0
     }
+}
+
+/// The words that hold four bits for each tile, eight tiles to a word, by the tiles' numbers: what
+/// [`View::user`](crate::View::user) is written with.
+pub fn user_words(bits: impl IntoIterator<Item = u32>) -> Vec<u32> {
+    let mut words = Vec::new();
+    for (tile, bits) in bits.into_iter().enumerate() {
+        if tile % 8 == 0 {
+            words.push(0);
+        }
+        if let Some(word) = words.last_mut() {
+            *word |= (bits & 15) << (tile % 8 * 4);
+        }
+    }
+    words
 }
 
 /// A group: its primary's place in the tile, and its members.

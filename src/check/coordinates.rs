@@ -267,6 +267,12 @@ pub fn build_on(
         let poison = vec![0xa5; buffer.size() as usize];
         gpu.queue.write_buffer(buffer, 0, &poison);
     }
+    if let Some(buffer) = &buffers.user {
+        let bits = (0..twin.layout.tile_count()).map(|tile| twin.header(tile).user());
+        let words = crate::build::user_words(bits);
+        gpu.queue
+            .write_buffer(buffer, 0, bytemuck::cast_slice(&words));
+    }
     let textures = samples.map(|samples| SampleTextures::new(gpu, &options.coverage, samples));
     let textures = textures.as_ref().map(SampleTextures::get);
     let Some(bound) = builder.bind(&gpu.device, &buffers, &textures.unwrap_or_default()) else {

@@ -139,6 +139,7 @@ impl Session<'_> {
             let frame = cpu::Frame {
                 order: Order::Rotating(case),
                 samples: samples.as_ref(),
+                ..cpu::Frame::default()
             };
             let coordinates = cpu::build_frame(&sri, extent, &options, &frame);
             let statistics = coordinates.statistics();

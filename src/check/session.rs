@@ -345,6 +345,7 @@ impl Session<'_> {
         let frame = cpu::Frame {
             order,
             samples: samples.as_ref(),
+            ..cpu::Frame::default()
         };
         let options = self.build_options(full_tiles, coverage);
         let coordinates = cpu::build_frame(&sri, built_for, &options, &frame);

@@ -15,7 +15,7 @@ pub(super) struct Arguments {
     /// Print what was found as JSON.
     #[arg(long)]
     json: bool,
-    /// Only rows whose name contains this: identity, heavy, light, classified, barriers, encodings, stage, machinery, resolution, rewrite.
+    /// Only rows whose name contains this: identity, heavy, light, classified, barriers, build, encodings, stage, machinery, resolution, rewrite.
     #[arg(long, value_name = "TEXT")]
     filter: Option<String>,
     /// The size of the picture.

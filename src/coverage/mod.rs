@@ -247,6 +247,7 @@ pub struct Textures<'t> {
     pub normals: Option<&'t wgpu::TextureView>,
     /// Texels a pixel on each axis, less 1: 0 for textures of the view's own size, 1 for a view of half their size.
     pub scale: u32,
-    /// Which texel stands for a pixel, on each axis at most `scale`: the sample that a half-size pass shades.
+    /// Which texel stands for a pixel, on each axis at most `scale`: the sample that a half-size pass shades. Where a side is odd, the
+    /// last pixel has only its first.
     pub sample: [u32; 2],
 }
