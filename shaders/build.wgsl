@@ -1,17 +1,22 @@
-// The coordinate builder: a workgroup for a few tiles beside one another, an invocation for each quad.
+// The coordinate builder: a workgroup for a few tiles beside one another, an invocation for a quad, or for the four whose rates are
+// one word.
 //
 // Its CPU twin is src/build/cpu.rs, with src/coverage/cpu.rs; both make the same words. Each invocation finds the groups of its
-// quad (or of the blocks that start in it, where groups may be larger), counts the primaries in it, and learns from a shared table
-// of 4-bit counts how many the quads before it have. The tile's entries are gathered in workgroup memory and written out side by
+// quads (or of the blocks that start in its quad, where groups may be larger), counts the primaries in them, and learns from a
+// shared table of counts how many come before it. The tile's entries are gathered in workgroup memory and written out side by
 // side; a workgroup asks for room in a list once, for all of its tiles: one counter is all that the workgroups of the whole
 // picture wait for. What nobody asked for is not compiled.
 //
 // The rooms of this kernel are in shaders/build/; src/build/gpu.rs puts them together.
 
-// The sum of the 4-bit fields of a word.
+// The sum of the fields of a word.
 fn sum_of(fields: u32) -> u32 {
+#ifdef WORDWISE
+    return (fields * 0x01010101u) >> 24u;
+#else
     let pairs = (fields & 0x0f0f0f0fu) + ((fields >> 4u) & 0x0f0f0f0fu);
     return (pairs * 0x01010101u) >> 24u;
+#endif
 }
 
 // The order number of a rate among all.
@@ -53,9 +58,10 @@ fn build(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(local_invocation_index) index: u32,
 ) {
-    let sub = index / QUAD_COUNT;
-    let number = index % QUAD_COUNT;
-    let quad = vec2<u32>(number % QUADS.x, number / QUADS.x);
+    let sub = index / LANES;
+    let number = index % LANES;
+    // the first of the invocation's quads
+    let quad = vec2<u32>(number % (QUADS.x / PER) * PER, number / (QUADS.x / PER));
     let tile = vec2<u32>(group.x * TILES + sub, group.y);
     let has_tile = tile.x < params.tiles_per_row;
     let origin = tile * TILE;
@@ -86,7 +92,7 @@ fn build(
 #endif
 #endif
 #ifdef EFFECTIVE
-#ifdef WHOLE_WORDS
+#ifdef SHARED_WORDS
     atomicStore(&effective_words[index], 0u);
 #endif
 #endif
@@ -114,17 +120,28 @@ fn build(
 
     // ---- Groups, and how many of them start in each quad ----
 
-    let rate = rate_of(at / 2u);
     let room = min(room_at(origin, first), TILE - min(TILE, first));
     let is_inside = all(room > vec2<u32>(0u));
     var own_count = 0u;
     var own_sky = 0u;
+    var seen_here = 0u;
 #ifdef LOCAL
-    let own = quad_groups(first, at, room, rate);
-    let led = (own.leads | (own.leads >> 1u) | (own.leads >> 2u) | (own.leads >> 3u)) & 0x1111u;
-    own_sky = countOneBits(led & spread(own.sky));
-    own_count = countOneBits(led) - own_sky;
+    let rates_word = rates_at(at / 2u);
+    var own: array<Quad, PER>;
+    for (var j = 0u; j < PER; j++) {
+        let beside = vec2<u32>(j * 2u, 0u);
+        let rate = quad_rate(rates_word, at / 2u + vec2<u32>(j, 0u));
+        let found = quad_groups(first + beside, at + beside, room - min(room, beside), rate);
+        let led = (found.leads | (found.leads >> 1u) | (found.leads >> 2u) | (found.leads >> 3u)) & 0x1111u;
+        let of_sky = countOneBits(led & spread(found.sky));
+        own_sky += of_sky;
+        own_count += countOneBits(led) - of_sky;
+        seen_here |= select(0u, 1u << ((rate.x << 2u) | rate.y), found.inside != 0u);
+        own[j] = found;
+    }
 #else
+    let rate = rate_of(at / 2u);
+    seen_here = select(0u, 1u << ((rate.x << 2u) | rate.y), is_inside);
     for (var i = 0u; i < 4u; i++) {
         let corner = first + vec2<u32>(i & 1u, i >> 1u);
 #ifdef ODD
@@ -154,14 +171,14 @@ fn build(
     }
 #endif
     let base_word = sub * COUNT_WORDS;
-    let own_word = number >> 3u;
-    let shift = (number & 7u) * 4u;
+    let own_word = number / FIELDS;
+    let shift = (number % FIELDS) * FIELD_BITS;
     atomicOr(&counts[base_word + own_word], own_count << shift);
 #ifdef SKY
     atomicOr(&sky_counts[base_word + own_word], own_sky << shift);
 #endif
     if is_inside {
-        atomicOr(&rates_seen[sub], 1u << ((rate.x << 2u) | rate.y));
+        atomicOr(&rates_seen[sub], seen_here);
     }
     workgroupBarrier();
 
@@ -268,11 +285,21 @@ fn build(
             }
         }
 #else
+#ifdef LOCAL
+        for (var j = 0u; j < PER; j++) {
+            let rate = quad_rate(rates_word, at / 2u + vec2<u32>(j, 0u));
+            let code = cut(origin, first + vec2<u32>(j * 2u, 0u), rate);
+            let rate_here = select(rate_index((code.x << 2u) | code.y), 0u, is_identity);
+            atomicAdd(&tally[13u + rate_here], countOneBits(own[j].inside));
+        }
+#else
         let code = cut(origin, first, rate);
         let rate_here = select(rate_index((code.x << 2u) | code.y), 0u, is_identity);
         atomicAdd(&tally[13u + rate_here], pixels.x * pixels.y);
 #endif
+#endif
 #ifdef SKY
+        // there is coverage, so the invocation has one quad
         for (var i = 0u; i < 4u; i++) {
             let place = vec2<u32>(i & 1u, i >> 1u);
             if all(place < pixels) {
@@ -305,58 +332,76 @@ fn build(
 
 #ifdef EFFECTIVE
     if is_inside {
-        let code = cut(origin, first, rate);
+        var bytes = 0u;
+        for (var j = 0u; j < PER; j++) {
 #ifdef LOCAL
-        let split = select(0u, 1u, own.is_split);
+            let rate = quad_rate(rates_word, at / 2u + vec2<u32>(j, 0u));
+            let split = select(0u, 0x80u, own[j].is_split);
+            let is_here = own[j].inside != 0u;
 #else
-        let split = atomicLoad(&splits[index]);
+            let split = atomicLoad(&splits[index]) << 7u;
+            let is_here = true;
 #endif
-        let byte = select((code.x << 2u) | code.y | (split << 7u), 0u, is_identity);
-#ifdef WHOLE_WORDS
-        atomicOr(&effective_words[index & ~3u], byte << ((quad.x & 3u) * 8u));
+            let code = cut(origin, first + vec2<u32>(j * 2u, 0u), rate);
+            bytes |= select(0u, (code.x << 2u) | code.y | split, is_here && !is_identity) << (j * 8u);
+        }
+        let word = (at.y / 2u) * params.sri_pitch + (at.x >> 3u);
+#ifdef WORDWISE
+        atomicStore(&effective[word], bytes);
+#else
+#ifdef SHARED_WORDS
+        atomicOr(&effective_words[index & ~3u], bytes << ((quad.x & 3u) * 8u));
 #else
         // a word that two tiles share
-        let word = (at.y / 2u) * params.sri_pitch + (at.x >> 3u);
         let byte_shift = ((at.x >> 1u) & 3u) * 8u;
         atomicAnd(&effective[word], ~(255u << byte_shift));
-        atomicOr(&effective[word], byte << byte_shift);
+        atomicOr(&effective[word], bytes << byte_shift);
+#endif
 #endif
     }
 #endif
 
 #ifdef GRADED
-    if is_inside {
 #ifdef LOCAL
-        let word = quad_grades(own, at);
+    for (var j = 0u; j < PER; j++) {
+        let here = at + vec2<u32>(j * 2u, 0u);
+        if own[j].inside != 0u {
+            let word = quad_grades(own[j], here);
+            graded[(here.y / 2u) * params.graded_pitch + here.x / 2u] = select(word, 0u, is_identity);
+        }
+    }
 #else
+    if is_inside {
         var word = 0u;
         for (var i = 0u; i < 4u; i++) {
             let place = first + vec2<u32>(i & 1u, i >> 1u);
             word |= grades[base_pixel + place.y * TILE.x + place.x] << (i * 8u);
         }
-#endif
         graded[(at.y / 2u) * params.graded_pitch + at.x / 2u] = select(word, 0u, is_identity);
     }
+#endif
 #endif
 
     // ---- Entries, gathered ----
 
-    for (var i = 0u; i < 4u; i++) {
-        let place = first + vec2<u32>(i & 1u, i >> 1u);
+    for (var i = 0u; i < 4u * PER; i++) {
+        let j = i / 4u;
+        let place = first + vec2<u32>(j * 2u + (i & 1u), (i >> 1u) & 1u);
+#ifdef LOCAL
+        let found = own[j];
+        var members = (found.leads >> ((i & 3u) * 4u)) & 15u;
+        var of_sky = ((found.sky >> (i & 3u)) & 1u) != 0u;
+        if is_identity {
+            members = found.inside & (1u << (i & 3u));
+            of_sky = is_all_sky;
+        }
+        let mask = over_block(members, origin + place);
+#else
 #ifdef ODD
         if any(place >= TILE) {
             continue;
         }
 #endif
-#ifdef LOCAL
-        var members = (own.leads >> (i * 4u)) & 15u;
-        var of_sky = ((own.sky >> i) & 1u) != 0u;
-        if is_identity {
-            members = own.inside & (1u << i);
-            of_sky = is_all_sky;
-        }
-        let mask = over_block(members, at);
-#else
         let lead = leads[base_pixel + place.y * TILE.x + place.x];
         var mask = lead & 0xffffu;
         var of_sky = (lead & IS_SKY) != 0u;
@@ -426,7 +471,7 @@ fn build(
     // ---- Written out ----
 
 #ifdef EFFECTIVE
-#ifdef WHOLE_WORDS
+#ifdef SHARED_WORDS
     if is_inside && (quad.x & 3u) == 0u {
         let word = atomicLoad(&effective_words[index]);
         atomicStore(&effective[(at.y / 2u) * params.sri_pitch + (at.x >> 3u)], word);
@@ -441,7 +486,7 @@ fn build(
     }
 #endif
     let all_entries = total + sky_total;
-    for (var nth = number; nth < all_entries; nth += QUAD_COUNT) {
+    for (var nth = number; nth < all_entries; nth += LANES) {
 #ifndef LIST
         if !is_mixed {
             break;

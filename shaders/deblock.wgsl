@@ -17,8 +17,8 @@ struct Params {
     inverse_depth: vec2<f32>,
     // How far from a plane is still in it, relative to inverse depth.
     tolerance: f32,
-    // What the luma is multiplied by.
-    exposure: f32,
+    // White of the luma, as a power of two.
+    white_log: i32,
 }
 
 @group(0) @binding(0) var<uniform> params: Params;
@@ -71,6 +71,10 @@ struct Params {
 #endif
 #ifdef LUMA
 @group(0) @binding(6) var<storage, read_write> luma: array<u32>;
+#endif
+#ifdef LUMA_CODES
+// Linear light of 8-bit codes, white / 16384.
+@group(0) @binding(8) var<storage, read> codes: array<u32, 256>;
 #endif
 #ifdef COUNTERS
 @group(0) @binding(7) var<storage, read_write> counters: array<atomic<u32>, 3>;
@@ -371,23 +375,45 @@ fn filtered(
 }
 
 #ifdef LUMA
-fn linear(encoded: f32) -> f32 {
-#ifdef LUMA_SRGB
-    let c = clamp(encoded, 0.0, 1.0);
-    return select(pow((c + 0.055) / 1.055, 2.4), c / 12.92, c <= 0.04045);
+// Units of luma of a channel; BAD if it is negative or above white. The same as in shaders/analyse/fixed.wgsl.
+const BAD: u32 = 0xffffffffu;
+fn units(value: f32) -> u32 {
+#ifdef LUMA_CODES
+    return codes[min(u32(value * 255.0 + 0.5), 255u)];
 #else
-    return encoded;
+    let bits = bitcast<u32>(value);
+    if bits >= 0x80000000u {
+        return select(BAD, 0u, (bits & 0x7fffffffu) < (u32(params.white_log - 15 + 127) << 23u));
+    }
+    if bits > (u32(params.white_log + 127) << 23u) {
+        return BAD;
+    }
+    return u32(floor(value * bitcast<f32>(u32(14 - params.white_log + 127) << 23u) + 0.5));
 #endif
 }
 
-// The square root of the linear luma (Eq. 25), 8 bits. What is no number differs from all its neighbours, so that it asks
-// for full rate.
+// The square root of the luma (Eq. 25), 8 bits; see fixed::sqrt_code. What is not finite differs from all its neighbours, so
+// that it asks for full rate.
 fn luma_code(color: vec4<f32>, at: vec2<u32>) -> u32 {
     if !is_finite(color) {
         return ((at.x + at.y) & 1u) * 255u;
     }
-    let light = dot(vec3<f32>(linear(color.r), linear(color.g), linear(color.b)), vec3<f32>(0.299, 0.587, 0.114));
-    return u32(sqrt(clamp(light * params.exposure, 0.0, 1.0)) * 255.0 + 0.5);
+    let c = vec3<u32>(units(color.r), units(color.g), units(color.b));
+    if any(c == vec3<u32>(BAD)) {
+        return 255u;
+    }
+#ifdef REC709
+    let light = (c.x * 3483u + c.y * 11718u + c.z * 1183u + 8192u) >> 14u;
+#else
+    let light = (c.x * 4899u + c.y * 9617u + c.z * 1868u + 8192u) >> 14u;
+#endif
+    // the root is guessed in float, and made exact in integers
+    let square = (min(light, 16384u) * 260100u) >> 14u;
+    let guess = u32(sqrt(f32(square)) * 0.5 + 0.5);
+    let more = select(0u, 1u, (2u * guess + 1u) * (2u * guess + 1u) <= square);
+    let odd = max(2u * guess, 1u) - 1u;
+    let less = select(0u, 1u, guess > 0u && odd * odd > square);
+    return guess + more - less;
 }
 #endif
 

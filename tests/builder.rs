@@ -264,7 +264,10 @@ fn half_the_size_goes_by_a_chosen_sample() {
     let mut maps = Vec::new();
     for full in [[66, 50], [67, 51], [1, 1]] {
         let half = half::size_of(full);
-        let samples = planes(full, &coverage, &mut rng);
+        let mut samples = planes(full, &coverage, &mut rng);
+        for surface in &mut samples.surfaces {
+            *surface = rng.u32(0..3);
+        }
         let sri = Pattern::MostlyCoarse.image(full[0], full[1], &mut rng);
         let rates = half::half(&sri, full, HalfResolution::Code);
         let textures = SampleTextures::new(&gpu, &coverage, &samples);
@@ -287,7 +290,8 @@ fn half_the_size_goes_by_a_chosen_sample() {
                 ..Frame::default()
             };
             let twin = cpu::build_frame(&rates, half, &options, &frame);
-            let size = [half[0], half[1], 1];
+            // as many layers as all builds of these tests
+            let size = [half[0], half[1], 3];
             let mut view = View::new(&gpu.device, &gpu.queue, size, options).expect("a view");
             let given = Textures {
                 scale: 1,
@@ -478,6 +482,7 @@ fn tiles_of_every_shape() {
             let frame = Frame {
                 order: Order::Rotating(turn as u32),
                 samples: Some(&samples),
+                ..Frame::default()
             };
             assert_partition(&hold(&gpu, &sri, extent, options, &frame));
         }
@@ -553,6 +558,7 @@ fn a_primary_is_of_its_own_group_for_every_coverage_rate_and_phase() {
             let frame = Frame {
                 order,
                 samples: Some(&samples),
+                ..Frame::default()
             };
             let twin = hold(&gpu, &sri, extent, options, &frame);
             assert_partition(&twin);

@@ -7,6 +7,7 @@ use std::{cell::RefCell, rc::Rc};
 use fastrand::Rng;
 use vrcs::{
     Rate, View,
+    analyse::{fixed, params::linear_code},
     build::{BuildOptions, Header, user_words},
     check::{
         coordinates::SampleTextures,
@@ -15,7 +16,7 @@ use vrcs::{
     coverage::{Coverage, Sky, cpu::Samples},
     deblock::{
         Counters, Deblocker, Depth, DepthKind, Inputs, Luma, Options, Packing, Picture,
-        PictureInput, Way,
+        PictureInput, Transfer, Way, Weights,
         cpu::{self, Deblocked, Scene},
         luma_pitch,
     },
@@ -753,10 +754,7 @@ fn fifty_runs_are_one_run() {
         Picture::Texture(TextureFormat::Rgba8Unorm),
         Picture::Buffer(Packing::Rgba16Float),
     ] {
-        let luma = Luma {
-            is_srgb: false,
-            exposure: 1.0,
-        };
+        let luma = Luma::linear(0);
         let deblocker = bench.deblocker(&case, picture, Some(luma), true);
         let first = bench.run_with(&deblocker, &case);
         for run in 1..50 {
@@ -1061,12 +1059,8 @@ fn the_luma_of_the_next_frame_comes_with_it() {
     let bench = Bench::new();
     let seed = common::seed();
     for (s, extent) in SIZES.into_iter().enumerate() {
-        for is_srgb in [false, true] {
+        for luma in [Luma::linear(2), Luma::SRGB] {
             let mut rng = Rng::with_seed(seed + s as u64);
-            let luma = Luma {
-                is_srgb,
-                exposure: if is_srgb { 1.0 } else { 0.25 },
-            };
             let picture = Picture::Buffer(Packing::Rgba32Float);
             let mut case = Case::new(extent, random_rates(extent, &mut rng), |_, _| [0.0; 4]);
             case.colors.fill_with(|| random_color(&mut rng));
@@ -1080,27 +1074,116 @@ fn the_luma_of_the_next_frame_comes_with_it() {
             let wanted = cpu::deblock(&case.scene());
             for (i, (&code, &color)) in got.luma.iter().zip(&wanted.colors).enumerate() {
                 let at = [i as u32 % extent[0], i as u32 / extent[0]];
-                let wanted = cpu::luma_code(&luma, color, at);
-                // f32 against f64 at the border of two codes
+                let wanted = cpu::luma_code(&luma, color.map(|c| c as f32), at);
+                // f32 against f64, of a channel that was filtered: near 0 a unit of it is worth a few codes
+                let is_filtered = got.words[4 * i..4 * i + 3] != case_words(&case, i);
+                let most = if is_filtered { 4 } else { 0 };
                 assert!(
-                    code.abs_diff(wanted) <= 1,
+                    code.abs_diff(wanted) <= most,
                     "{extent:?} pixel {i}: {code} for {wanted}"
                 );
             }
         }
     }
-    let luma = Luma {
-        is_srgb: false,
-        exposure: 1.0,
-    };
+    let luma = Luma::linear(0);
     assert_eq!(cpu::luma_code(&luma, [1.0; 4], [0, 0]), 255);
     assert_eq!(
         cpu::luma_code(&luma, [0.2501; 4], [0, 0]),
         128,
         "the root of a quarter"
     );
-    assert_eq!(cpu::luma_code(&luma, [f64::NAN; 4], [3, 4]), 255);
-    assert_eq!(cpu::luma_code(&luma, [f64::NAN; 4], [4, 4]), 0);
+    assert_eq!(cpu::luma_code(&luma, [f32::NAN; 4], [3, 4]), 255);
+    assert_eq!(cpu::luma_code(&luma, [f32::NAN; 4], [4, 4]), 0);
+}
+
+/// The bits of a pixel's color.
+fn case_words(case: &Case, pixel: usize) -> [u32; 3] {
+    std::array::from_fn(|channel| case.colors[pixel][channel].to_bits())
+}
+
+/// The deblocker and the analysis write the same √luma for the same color, whatever it is but for what is not finite: of all bytes,
+/// of linear values up to white and beyond, of negative ones.
+#[test]
+fn the_luma_is_that_of_the_analysis() {
+    let bench = Bench::new();
+    let mut rng = Rng::with_seed(common::seed());
+    let extent = [64, 64];
+    let full = || Sri::uniform(extent[0], extent[1], Rate::R1X1);
+    let bytes = Case::new(extent, full(), |x, y| {
+        let byte = |v: u32| (v % 256) as f32 / 255.0;
+        [
+            byte(x + y * 64),
+            byte(x * 5 + y * 3),
+            byte(x * 11 + y * 17),
+            1.0,
+        ]
+    });
+    let mut linear = Case::new(extent, full(), |_, _| [0.0; 4]);
+    linear.colors.fill_with(|| {
+        std::array::from_fn(|_| match rng.u32(0..12) {
+            0 => 4.0,
+            1 => 4.0001,
+            2 => -0.01,
+            3 => -1e-7,
+            _ => rng.f32() * 4.0,
+        })
+    });
+    let analysis = |luma: &Luma, color: [f32; 4]| {
+        let units = [color[0], color[1], color[2]].map(|channel| match luma.transfer {
+            Some(transfer) => Some(linear_code((channel * 255.0).round() as u8, transfer)),
+            None => fixed::quantise(channel, luma.white_log2),
+        });
+        match units {
+            [Some(r), Some(g), Some(b)] => {
+                fixed::sqrt_code(fixed::luma([r, g, b], luma.weights.fixed())) as u8
+            }
+            // integer::analyse: doubt is white
+            _ => 255,
+        }
+    };
+    let rec709 = |luma: Luma| Luma {
+        weights: Weights::Rec709,
+        ..luma
+    };
+    let squared = Luma {
+        transfer: Some(Transfer::Square),
+        ..Luma::SRGB
+    };
+    let mut seen = std::collections::BTreeSet::new();
+    for (case, luma, picture) in [
+        (
+            &bytes,
+            Luma::SRGB,
+            Picture::Texture(TextureFormat::Rgba8Unorm),
+        ),
+        (
+            &bytes,
+            rec709(squared),
+            Picture::R32Uint(Packing::Rgba8Unorm),
+        ),
+        (
+            &linear,
+            Luma::linear(2),
+            Picture::Buffer(Packing::Rgba32Float),
+        ),
+        (
+            &linear,
+            rec709(Luma::linear(2)),
+            Picture::Texture(TextureFormat::Rgba32Float),
+        ),
+    ] {
+        let deblocker = bench.deblocker(case, picture, Some(luma), true);
+        let got = bench.run_with(&deblocker, case);
+        for (i, (&code, &color)) in got.luma.iter().zip(&case.colors).enumerate() {
+            assert_eq!(
+                code,
+                analysis(&luma, color),
+                "{luma:?} pixel {i}: {color:?}"
+            );
+            seen.insert(code);
+        }
+    }
+    assert!(seen.len() > 200, "{} codes", seen.len());
 }
 
 #[test]

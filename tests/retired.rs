@@ -116,8 +116,11 @@ fn as_many_retire_as_the_shading_rates_promise() {
             );
         }
         assert!(retired > 0, "{name}: nothing retires with any of the rates");
-        let (worked, came) = working(&split, WorkKind::Region);
-        assert!(worked < came, "{name}: {worked} of {came}");
+        // a tile of one subgroup is either empty or busy
+        if split.iter().any(|c| c.predicted.busy < c.predicted.started) {
+            let (worked, came) = working(&split, WorkKind::Region);
+            assert!(worked < came, "{name}: {worked} of {came}");
+        }
     }
 }
 

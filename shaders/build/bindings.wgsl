@@ -73,16 +73,20 @@ struct Params {
 @group(0) @binding(12) var<storage, read> user_bits: array<u32>;
 #endif
 
-// A workgroup builds TILES tiles beside one another, with an invocation for each quad.
+// A workgroup builds TILES tiles beside one another, with an invocation for PER quads beside one another.
 const TILES: u32 = #{TILES}u;
+const PER: u32 = #{PER}u;
 const TILE: vec2<u32> = vec2<u32>(#{TILE_WIDTH}u, #{TILE_HEIGHT}u);
 const AREA: u32 = TILE.x * TILE.y;
 // a side that is odd, as of a workgroup of 64 by 1, ends in half a quad
 const QUADS: vec2<u32> = (TILE + 1u) / 2u;
 const QUAD_COUNT: u32 = QUADS.x * QUADS.y;
-const INVOCATIONS: u32 = TILES * QUAD_COUNT;
-// Words of counts for a tile, and for all.
-const COUNT_WORDS: u32 = (QUAD_COUNT + 7u) / 8u;
+const LANES: u32 = QUAD_COUNT / PER;
+const INVOCATIONS: u32 = TILES * LANES;
+// An invocation's count is 4 bits for a quad, 8 for four: so many to a word; words of counts for a tile, and for all.
+const FIELDS: u32 = #{FIELDS}u;
+const FIELD_BITS: u32 = 32u / FIELDS;
+const COUNT_WORDS: u32 = (LANES + FIELDS - 1u) / FIELDS;
 const ALL_COUNT_WORDS: u32 = TILES * COUNT_WORDS;
 const ALL_PIXELS: u32 = TILES * AREA;
 const ALL_PLACES: u32 = TILES * 4u;
@@ -100,7 +104,7 @@ const C_STATISTICS: u32 = 18u;
 const CLASSES: u32 = 14u;
 const STATISTICS_WORDS: u32 = 20u;
 
-// The number of primaries in each quad, eight to a word; of sky apart.
+// The number of primaries that each invocation has found; of sky apart.
 var<workgroup> counts: array<atomic<u32>, ALL_COUNT_WORDS>;
 #ifdef SKY
 var<workgroup> sky_counts: array<atomic<u32>, ALL_COUNT_WORDS>;
@@ -121,7 +125,7 @@ var<workgroup> splits: array<atomic<u32>, INVOCATIONS>;
 #endif
 #endif
 #ifdef EFFECTIVE
-#ifdef WHOLE_WORDS
+#ifdef SHARED_WORDS
 var<workgroup> effective_words: array<atomic<u32>, INVOCATIONS>;
 #endif
 #endif

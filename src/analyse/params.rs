@@ -246,21 +246,23 @@ pub fn luma_pitch(width: u32) -> u32 {
     width.max(1).next_multiple_of(crate::sri::ROW_ALIGNMENT)
 }
 
+/// Linear light of an 8-bit code, in units of luma.
+pub fn linear_code(code: u8, transfer: Transfer) -> u32 {
+    let encoded = f64::from(code) / 255.0;
+    let value = match transfer {
+        Transfer::Srgb => luma::from_srgb(encoded),
+        Transfer::Square => encoded * encoded,
+    };
+    (value * f64::from(fixed::ONE)).round() as u32
+}
+
 /// The table buffer: linear light of 8-bit codes; over speed, two words: what errors are multiplied by for the half and the quarter rate,
 /// packed ([`Mag::packed`]), or where motion alone decides what [`motion::table`] has; tolerance over squared distance.
 pub fn tables(settings: &Settings, is_sqrt_luma: bool, resolution_scale: f64) -> Vec<u32> {
     let content = &settings.content;
-    let linear = |code: u32| {
-        let encoded = f64::from(code) / 255.0;
-        let value = match content.transfer {
-            Transfer::Srgb => luma::from_srgb(encoded),
-            Transfer::Square => encoded * encoded,
-        };
-        (value * f64::from(fixed::ONE)).round() as u32
-    };
     let codes = (0..256).map(|code| match is_sqrt_luma {
         true => fixed::sqrt_luma(code as u8),
-        false => linear(code),
+        false => linear_code(code as u8, content.transfer),
     });
     let falloff = (0..FALLOFF).map(|index| {
         let distance = (index as f64 / FALLOFF as f64).sqrt() * 4.0;

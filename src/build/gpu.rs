@@ -302,13 +302,19 @@ fn is_local(options: &BuildOptions) -> bool {
     options.largest.is_within(Rate::R2X2) && !options.is_odd()
 }
 
-/// How many tiles, beside one another, a workgroup builds: as many as make 256 invocations, and sixteen at most. Samples of
-/// coverage fill its memory with one.
+/// Whether an invocation builds the four quads whose rates are one word.
+fn is_wordwise(options: &BuildOptions) -> bool {
+    is_local(options) && options.coverage.is_empty() && options.tile[0].is_multiple_of(8)
+}
+
+/// How many tiles, beside one another, a workgroup builds: as many as make 256 invocations, or 128 with four quads each, and sixteen
+/// at most. Samples of coverage fill its memory with one.
 fn tiles_together(options: &BuildOptions) -> u32 {
     let [across, down] = options.quads();
-    match options.coverage.is_empty() {
-        true => (256 / (across * down)).clamp(1, 16),
-        false => 1,
+    match (options.coverage.is_empty(), is_wordwise(options)) {
+        (false, _) => 1,
+        (true, false) => (256 / (across * down)).clamp(1, 16),
+        (true, true) => (128 * 4 / (across * down)).clamp(1, 16),
     }
 }
 
@@ -325,6 +331,8 @@ pub(crate) fn defs(options: &BuildOptions) -> Vec<(&'static str, u32)> {
         ("TILE_WIDTH", options.tile[0]),
         ("TILE_HEIGHT", options.tile[1]),
         ("TILES", tiles_together(options)),
+        ("PER", if is_wordwise(options) { 4 } else { 1 }),
+        ("FIELDS", if is_wordwise(options) { 4 } else { 8 }),
     ];
     let switches = [
         ("TILED", modes.tiled),
@@ -338,7 +346,11 @@ pub(crate) fn defs(options: &BuildOptions) -> Vec<(&'static str, u32)> {
         ("ARGUMENTS", has_lists(options)),
         ("ODD", options.is_odd()),
         ("LOCAL", is_local(options)),
-        ("WHOLE_WORDS", options.tile[0].is_multiple_of(8)),
+        ("WORDWISE", is_wordwise(options)),
+        (
+            "SHARED_WORDS",
+            !is_wordwise(options) && options.tile[0].is_multiple_of(8),
+        ),
         (
             "ONE_PLANE",
             coverage.normals.is_some() && coverage.depth.is_some(),

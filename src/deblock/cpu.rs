@@ -1,7 +1,11 @@
 //! The deblocker on the CPU, in f64: the oracle in tests, and for whoever has no GPU at hand.
 
 use super::{Counters, Depth};
-use crate::{rate::Rate, sri::Sri};
+use crate::{
+    analyse::{fixed, params::linear_code},
+    rate::Rate,
+    sri::Sri,
+};
 
 /// A picture in memory, and what tells its surfaces apart; everything row by row.
 #[derive(Clone, Debug)]
@@ -71,20 +75,24 @@ pub fn deblock(scene: &Scene) -> Deblocked {
 }
 
 /// √luma of a color, 8 bits, as the pass writes it; see [`Luma`](super::Luma).
-pub fn luma_code(luma: &super::Luma, color: [f64; 4], at: [u32; 2]) -> u8 {
-    if color[..3].iter().any(|c| !c.is_finite()) {
+pub fn luma_code(luma: &super::Luma, color: [f32; 4], at: [u32; 2]) -> u8 {
+    let channels = [color[0], color[1], color[2]];
+    if channels.iter().any(|c| !c.is_finite()) {
         return ((at[0] + at[1]) & 1) as u8 * 255;
     }
-    let weights = crate::analyse::luma::WEIGHTS;
-    let light: f64 = (0..3)
-        .map(|channel| match luma.is_srgb {
-            true => {
-                weights[channel] * crate::analyse::luma::from_srgb(color[channel].clamp(0.0, 1.0))
-            }
-            false => weights[channel] * color[channel],
-        })
-        .sum();
-    ((light * f64::from(luma.exposure)).clamp(0.0, 1.0).sqrt() * 255.0 + 0.5) as u8
+    let units = channels.map(|channel| match luma.transfer {
+        Some(transfer) => {
+            let code = (channel * 255.0 + 0.5) as u8;
+            Some(linear_code(code, transfer))
+        }
+        None => fixed::quantise(channel, luma.white_log2),
+    });
+    match units {
+        [Some(r), Some(g), Some(b)] => {
+            fixed::sqrt_code(fixed::luma([r, g, b], luma.weights.fixed())) as u8
+        }
+        _ => 255,
+    }
 }
 
 impl Scene<'_> {

@@ -2,7 +2,10 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::{Counters, DeblockError, DepthKind, Options, Packing, Picture, Way, luma_pitch};
+use super::{
+    Counters, DeblockError, DepthKind, Options, Packing, Picture, Way, Weights, luma_pitch,
+};
+use crate::analyse::params::linear_code;
 use crate::{
     kernel::{self, shader},
     sri::SriLayout,
@@ -19,7 +22,7 @@ struct Params {
     picture_pitch: u32,
     inverse_depth: [f32; 2],
     tolerance: f32,
-    exposure: f32,
+    white_log2: i32,
     padding: [u32; 2],
 }
 
@@ -34,6 +37,8 @@ pub struct Deblocker {
     layout: wgpu::BindGroupLayout,
     filter: wgpu::ComputePipeline,
     give_back: Option<wgpu::ComputePipeline>,
+    /// Linear light of codes, if luma is written from any.
+    codes: Option<wgpu::Buffer>,
 }
 
 /// What a deblocker works on.
@@ -112,6 +117,7 @@ impl Deblocker {
             filter: pipeline("filter_quads"),
             give_back: (way == Way::Scratch).then(|| pipeline("return_quads")),
             layout,
+            codes: codes(device, &options),
         })
     }
 
@@ -196,6 +202,11 @@ impl Deblocker {
                 counters
                     .as_ref()
                     .map(|buffer| (7, buffer.as_entire_binding())),
+            );
+            entries.extend(
+                self.codes
+                    .as_ref()
+                    .map(|buffer| (8, buffer.as_entire_binding())),
             );
             let entries: Vec<wgpu::BindGroupEntry> = entries
                 .into_iter()
@@ -320,7 +331,7 @@ impl Deblocker {
             picture_pitch: bound.picture_pitch,
             inverse_depth: depth.and_then(|d| d.kind.to_inverse()).unwrap_or_default(),
             tolerance: depth.map_or(0.0, |d| (-f32::from(d.tolerance as u16)).exp2()),
-            exposure: self.options.luma.map_or(1.0, |luma| luma.exposure),
+            white_log2: self.options.luma.map_or(0, |luma| luma.white_log2),
             padding: [0; 2],
         };
         queue.write_buffer(&bound.params, 0, bytemuck::bytes_of(&params));
@@ -361,15 +372,37 @@ impl Bound {
     }
 }
 
+/// Whether the luma's values are display-encoded, and linear light is looked up.
+fn has_codes(options: &Options) -> bool {
+    options.luma.is_some_and(|luma| luma.transfer.is_some())
+}
+
+/// Linear light of the 256 codes.
+fn codes(device: &wgpu::Device, options: &Options) -> Option<wgpu::Buffer> {
+    let transfer = options.luma?.transfer?;
+    let words: Vec<u32> = (0..=255).map(|code| linear_code(code, transfer)).collect();
+    let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("vrcs codes"),
+        size: 1024,
+        usage: wgpu::BufferUsages::STORAGE,
+        mapped_at_creation: true,
+    });
+    if let Ok(mut mapped) = buffer.get_mapped_range_mut(..) {
+        mapped.copy_from_slice(bytemuck::cast_slice(&words));
+    }
+    buffer.unmap();
+    Some(buffer)
+}
+
 fn check(options: &Options) -> Result<(), DeblockError> {
     if let Some(depth) = options.depth {
         depth.check().map_err(DeblockError::Options)?;
     }
     if let Some(luma) = options.luma
-        && !(luma.exposure > 0.0 && luma.exposure.is_finite())
+        && !(-64..=64).contains(&luma.white_log2)
     {
         return Err(DeblockError::Options(
-            "the exposure has to be above 0 and finite",
+            "white has to be a power of two from -64 to 64",
         ));
     }
     match options.picture {
@@ -452,8 +485,11 @@ fn defs(options: &Options, way: Way) -> Vec<(&'static str, u32)> {
     }
     if let Some(luma) = options.luma {
         names.push("LUMA");
-        if luma.is_srgb {
-            names.push("LUMA_SRGB");
+        if luma.transfer.is_some() {
+            names.push("LUMA_CODES");
+        }
+        if luma.weights == Weights::Rec709 {
+            names.push("REC709");
         }
     }
     if options.counters {
@@ -501,6 +537,7 @@ fn layout(device: &wgpu::Device, options: &Options, way: Way) -> wgpu::BindGroup
         (5, options.surfaces, sampled(wgpu::TextureSampleType::Uint)),
         (6, options.luma.is_some(), storage(false)),
         (7, options.counters, storage(false)),
+        (8, has_codes(options), storage(true)),
     ];
     bindings.extend(
         optional

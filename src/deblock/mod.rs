@@ -50,7 +50,10 @@ pub mod gpu;
 mod pack;
 
 pub use crate::{
-    analyse::params::luma_pitch,
+    analyse::{
+        params::luma_pitch,
+        settings::{Transfer, Weights},
+    },
     coverage::{Depth, DepthKind},
 };
 pub use gpu::{Bound, Deblocker, Inputs, PictureInput};
@@ -95,19 +98,41 @@ pub enum Picture {
     Buffer(Packing),
 }
 
-/// The luma that is written for the next frame's analysis: √(exposure · I) with I of Eq. 25 (Yang et al., I3D 2019), rounded to 8
-/// bits. The square root spends the codes where the eye does; a linear byte would have steps larger than the threshold
+/// The luma that is written for the next frame's analysis: √I with I of Eq. 25 (Yang et al., I3D 2019) in units of white, rounded to
+/// 8 bits. The square root spends the codes where the eye does; a linear byte would have steps larger than the threshold
 /// in the dark.
+///
+/// It is counted in integers, as the [analysis](crate::analyse) does: for the same settings and a color that is finite, both write
+/// the same byte. What is negative or above white gets 255, as there.
 ///
 /// Four pixels to a word, the first in the low byte; rows padded to 256 bytes, see [`luma_pitch`]. Every pixel is written, not
 /// only those of coarse quads. A pixel that is not finite gets 0 or 255, like the fields of a chessboard: it differs from all its
-/// neighbours, and doubt means full rate.
+/// neighbours, and doubt means full rate. (The analysis, which knows more of the frame, gives such a pixel 255.)
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Luma {
-    /// Whether the picture's values are display-encoded (sRGB), not linear.
-    pub is_srgb: bool,
-    /// What linear luma is multiplied by before it is cut off at 1.
-    pub exposure: f32,
+    /// How the picture's values are display-encoded, each rounded to 8 bits; `None` if they are linear.
+    pub transfer: Option<Transfer>,
+    /// The weights of red, green and blue.
+    pub weights: Weights,
+    /// White, as a power of two; for linear values.
+    pub white_log2: i32,
+}
+
+impl Luma {
+    /// Of sRGB-encoded values.
+    pub const SRGB: Luma = Luma {
+        transfer: Some(Transfer::Srgb),
+        ..Luma::linear(0)
+    };
+
+    /// Of linear values, given white as a power of two.
+    pub const fn linear(white_log2: i32) -> Luma {
+        Luma {
+            transfer: None,
+            weights: Weights::Paper,
+            white_log2,
+        }
+    }
 }
 
 /// How the picture is read and written.

@@ -200,10 +200,7 @@ fn analysis(scene: SceneName, setting: &Setting) -> Settings {
 fn deblocker(scene: SceneName, setting: &Setting) -> Option<deblock::Options> {
     let declared = scene.declared();
     let plain = deblock::Options {
-        luma: (setting.luma == LumaName::Root).then_some(deblock::Luma {
-            is_srgb: true,
-            exposure: 1.0,
-        }),
+        luma: (setting.luma == LumaName::Root).then_some(deblock::Luma::SRGB),
         ..deblock::Options::new(Picture::Texture(PICTURE))
     };
     match setting.deblock {

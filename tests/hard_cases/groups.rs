@@ -156,6 +156,7 @@ fn rotation() -> Result<String, String> {
                 let frame = Frame {
                     order: Order::Rotating(phase),
                     samples: Some(&samples),
+                    ..Frame::default()
                 };
                 let sri = Sri::uniform(4, 4, rate);
                 let map = cpu::build_frame(&sri, [4, 4], &options, &frame).map();
@@ -232,6 +233,7 @@ fn partitions() -> Result<String, String> {
         let frame = Frame {
             order: Order::Rotating(phase),
             samples: Some(&samples),
+            ..Frame::default()
         };
         let built = cpu::build_frame(&sri, extent, &options, &frame);
         let map = built.map();

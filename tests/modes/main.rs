@@ -114,6 +114,7 @@ impl Scene<'_> {
         let frame = Frame {
             order: self.order,
             samples: self.samples,
+            ..Frame::default()
         };
         cpu::build_frame(self.sri, self.extent, &self.options, &frame)
     }
