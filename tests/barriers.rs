@@ -83,6 +83,20 @@ fn larger_rates() {
     }
 }
 
+/// The sides of a workgroup that overrides decide: the tile follows them.
+#[test]
+fn override_sizes() {
+    for [width, height] in [[16, 16], [8, 4], [32, 1], [64, 1]] {
+        let mut job = Job::new("main");
+        job.seed = common::seed();
+        job.cases = cases().min(8);
+        job.settings.set = [("WIDTH", width), ("HEIGHT", height)]
+            .map(|(name, side)| (name.to_owned(), vec![f64::from(side)]))
+            .into();
+        common::assert_passed(&common::run(&shader("override_size"), &job));
+    }
+}
+
 /// A workgroup that has to be a tile, and is larger than one can be by the values of its overrides, is refused.
 #[test]
 fn a_workgroup_larger_than_a_tile_is_refused() {
