@@ -23,6 +23,10 @@
 #ifdef REASONS
 @group(0) @binding(6) var<storage, read_write> reasons: array<u32>;
 #endif
+#ifdef PLAIN
+// without the extra half rate
+@group(0) @binding(20) var<storage, read_write> plain_rates: array<u32>;
+#endif
 #ifdef PREVIOUS_RATES
 @group(0) @binding(10) var<storage, read> rates_before: array<u32>;
 #endif
@@ -37,6 +41,9 @@ const THREADS: u32 = #{TILE_WIDTH}u * #{TILE_HEIGHT}u / 16u;
 
 // A block's bytes, to be put together with its neighbour's.
 var<workgroup> coded: array<u32, THREADS>;
+#ifdef PLAIN
+var<workgroup> plain_coded: array<u32, THREADS>;
+#endif
 #ifdef REASONS
 var<workgroup> reasoned: array<u32, THREADS>;
 #endif
@@ -152,6 +159,8 @@ fn doubt_of(a: u32, b: u32, c: u32, d: u32) -> u32 {
 struct Block {
     rate: Logs,
     attachment: Logs,
+    // before the extra half rate
+    plain: Logs,
     reason: vec4<u32>,
     // of all four, across and down
     error: vec2<u32>,
@@ -165,7 +174,7 @@ fn together(errors: vec4<u32>) -> u32 {
 
 fn at_full_rate(reason: vec4<u32>) -> Block {
     let none = Logs(vec4<u32>(0u), vec4<u32>(0u));
-    return Block(none, none, reason, vec2<u32>(0u));
+    return Block(none, none, none, reason, vec2<u32>(0u));
 }
 
 // Decides on four quads, of which the first is given, and the block's place in the tile.
@@ -226,7 +235,7 @@ fn decide(quad: vec2<u32>, block: vec2<u32>) -> Block {
 #endif
     let sums = sums_of(block, 0u);
     let solid = legal(logs_of(sums, places.speed, across, down));
-    var out = Block(solid, solid, vec4<u32>(REASON_CONTENT), vec2<u32>(together(sums.across), together(sums.down)));
+    var out = Block(solid, solid, solid, vec4<u32>(REASON_CONTENT), vec2<u32>(together(sums.across), together(sums.down)));
 #ifdef TRANSPARENTS
     out.attachment = legal(logs_of(sums_of(block, 1u), places.speed, across, down));
     // transparents can make a solid coarser, never finer
@@ -238,6 +247,9 @@ fn decide(quad: vec2<u32>, block: vec2<u32>) -> Block {
     let most = largest();
     let is_largest = (out.rate.across == vec4<u32>(most.x)) & (out.rate.down == vec4<u32>(most.y));
     out.reason = select(out.reason, zero, is_largest);
+#ifdef PLAIN
+    out.plain = out.rate;
+#endif
 #ifdef HALF_RATE
     let fast = vec4<u32>(params.half_fast);
     let again = (out.rate.across != zero)
@@ -268,6 +280,9 @@ fn decide(quad: vec2<u32>, block: vec2<u32>) -> Block {
     let is_full = why != zero;
     out.rate = Logs(select(out.rate.across, zero, is_full), select(out.rate.down, zero, is_full));
     out.attachment = Logs(select(out.attachment.across, zero, is_full), select(out.attachment.down, zero, is_full));
+#ifdef PLAIN
+    out.plain = Logs(select(out.plain.across, zero, is_full), select(out.plain.down, zero, is_full));
+#endif
     out.reason = select(out.reason, why, is_full);
 #endif
     return out;
@@ -314,6 +329,9 @@ fn analyse(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
     let block = vec2<u32>(index % (#{TILE_WIDTH}u / 4u), index / (#{TILE_WIDTH}u / 4u));
     let first = origin / 2u + block * 2u;
     var mine = 0u;
+#ifdef PLAIN
+    plain_coded[index] = 0u;
+#endif
     if all(first < quads) {
         var decided = decide(first, block);
         // quads outside the picture agree to nothing
@@ -328,6 +346,11 @@ fn analyse(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
         decided.attachment.across = select(zero, decided.attachment.across, is_inside);
         decided.attachment.down = select(zero, decided.attachment.down, is_inside);
         mine |= packed(codes_of(decided.attachment, decided.error)) << 4u;
+#endif
+#ifdef PLAIN
+        decided.plain.across = select(zero, decided.plain.across, is_inside);
+        decided.plain.down = select(zero, decided.plain.down, is_inside);
+        plain_coded[index] = packed(codes_of(decided.plain, decided.error));
 #endif
 #ifdef REASONS
         reasoned[index] = packed(select(zero, decided.reason, is_inside));
@@ -350,6 +373,9 @@ fn analyse(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
         rates[to] = word & 0x0f0f0f0fu;
 #ifdef ATTACHMENT
         attachment[to] = (word >> 4u) & 0x0f0f0f0fu;
+#endif
+#ifdef PLAIN
+        plain_rates[to] = word_of(plain_coded[index], plain_coded[index ^ 1u], is_right);
 #endif
 #ifdef REASONS
         reasons[to] = word_of(reasoned[index], reasoned[index ^ 1u], is_right);

@@ -22,7 +22,8 @@ struct Params {
     steps: u32,
     // Near over far, in 1/2^30.
     depth_offset: u32,
-    reversed_z: u32,
+    // Bit 0: depth 1 is near. Bit 1: the reasons are those of these rates.
+    has: u32,
     // Where the steps start, as inverse distances.
     reach: vec4<u32>,
     // A code for each id, four bits each.
@@ -68,7 +69,7 @@ fn of_pixel(found: u32, at: vec2<i32>) -> u32 {
     }
 #endif
 #ifdef DISTANCE
-    let inverse = inverse_distance(textureLoad(depth, at, 0).x, params.depth_offset, params.reversed_z != 0u);
+    let inverse = inverse_distance(textureLoad(depth, at, 0).x, params.depth_offset, (params.has & 1u) != 0u);
     if inverse == NO_DEPTH {
         return 0u;
     }
@@ -127,6 +128,8 @@ fn own_rates(@builtin(global_invocation_id) id: vec3<u32>) {
             why = insertBits(why, REASON_OWN, i * 8u, 8u);
         }
     }
-    reasons[at] = why;
+    if (params.has & 2u) != 0u {
+        reasons[at] = why;
+    }
 #endif
 }

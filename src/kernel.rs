@@ -129,3 +129,22 @@ pub(crate) fn shader_module(
         source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(compose(source, defs))),
     })
 }
+
+/// A kernel as a plan tells of it: what is compiled in, and how many resources it binds, counted in the composed module.
+pub(crate) fn planned(source: Source, defs: &[(&'static str, u32)]) -> crate::plan::PlannedPass {
+    let module = compose(source, defs);
+    let bound = |global: &naga::GlobalVariable| global.binding.is_some();
+    crate::plan::PlannedPass {
+        kernel: source.name,
+        effects: defs
+            .iter()
+            .filter(|(_, value)| *value == 1)
+            .map(|&(name, _)| name)
+            .collect(),
+        bindings: module
+            .global_variables
+            .iter()
+            .filter(|(_, global)| bound(global))
+            .count(),
+    }
+}

@@ -52,6 +52,8 @@ pub struct Scene {
     pub blur: bool,
     /// Whether rates for a hardware attachment are wanted.
     pub attachment: bool,
+    /// Whether rates without the extra half rate are wanted as well, for passes that add no noise.
+    pub plain_rates: bool,
     /// Whether reasons are wanted.
     pub reasons: bool,
     /// Whether the previous picture's √luma is wanted, for later frames to use instead of its colour. A deblocker that
@@ -103,10 +105,12 @@ pub enum Binding {
     /// What the previous picture's tiles tell, a storage buffer of [`tiles::data_bytes`](crate::analyse::tiles::data_bytes) that is
     /// written and read here.
     TileData,
+    /// The rates without the extra half rate, written.
+    PlainRates,
 }
 
 impl Binding {
-    const ALL: [Binding; 20] = [
+    const ALL: [Binding; 21] = [
         Binding::Params,
         Binding::Tables,
         Binding::Rates,
@@ -127,6 +131,7 @@ impl Binding {
         Binding::HalfRates,
         Binding::Optics,
         Binding::TileData,
+        Binding::PlainRates,
     ];
 
     /// Its index in the kernel's group.
@@ -144,6 +149,7 @@ impl Binding {
             | Binding::PreviousRates
             | Binding::HalfRates
             | Binding::TileData
+            | Binding::PlainRates
             | Binding::SqrtLuma => true,
             Binding::Colour | Binding::After => colour == ColourForm::SqrtLuma,
             _ => false,
@@ -173,6 +179,7 @@ impl Binding {
             Binding::HalfRates => "rates of half the resolution",
             Binding::Optics => "camera and lens",
             Binding::TileData => "data of tiles",
+            Binding::PlainRates => "rates without the extra half rate",
         }
     }
 }
@@ -294,6 +301,12 @@ impl Plan {
                 "stability",
                 "the previous frame's rates",
             ),
+            (
+                scene.plain_rates,
+                settings.half_rate.is_some(),
+                "a second image of rates",
+                "the extra half rate, without which it would be the first",
+            ),
             (own.ids.is_some(), scene.ids, "rates by id", "ids"),
             (
                 own.distance.is_some(),
@@ -332,6 +345,7 @@ impl Plan {
                 Binding::PreviousDepth => has("DEPTH"),
                 Binding::Optics => has("CAMERA") || has("LENS"),
                 Binding::TileData => is_by_tiles,
+                Binding::PlainRates => has("PLAIN"),
                 Binding::PreviousRates => has("PREVIOUS_RATES"),
                 Binding::Materials => has("MATERIALS"),
                 Binding::Noise => has("NOISE"),
@@ -577,6 +591,7 @@ fn effects(scene: &Scene, settings: &Settings) -> Vec<&'static str> {
         ("ATTACHMENT", scene.attachment),
         ("BLUR", settings.later_blur),
         ("LENS", settings.lens.is_some()),
+        ("PLAIN", scene.plain_rates),
         ("REASONS", scene.reasons),
         (
             "WRITE_LUMA",

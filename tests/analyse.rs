@@ -207,12 +207,13 @@ impl Made {
         texture.create_view(&wgpu::TextureViewDescriptor::default())
     }
 
-    fn run(&self, gpu: &Gpu, plan: &Plan, frame: &Frame) -> [Vec<u8>; 5] {
+    fn run(&self, gpu: &Gpu, plan: &Plan, frame: &Frame) -> [Vec<u8>; 6] {
         use wgpu::TextureFormat as F;
         let analysis = Analysis::new(&gpu.device, plan);
         let storage = wgpu::BufferUsages::STORAGE;
         let bytes = SriLayout::new(self.size[0], self.size[1]).bytes() as usize;
         // poisoned: what is not written shows
+        let plain = gpu.buffer("plain", &vec![0xa5; bytes], storage);
         let outputs = [0, 1, 2].map(|_| gpu.buffer("out", &vec![0xa5; bytes], storage));
         let luma = gpu.buffer(
             "sqrt luma out",
@@ -282,6 +283,7 @@ impl Made {
             (Binding::Ids, view(7)),
             (Binding::HalfRates, halves.as_entire_binding()),
             (Binding::TileData, tile_data.as_entire_binding()),
+            (Binding::PlainRates, plain.as_entire_binding()),
             (Binding::SqrtLuma, luma.as_entire_binding()),
         ];
         let bound = analysis
@@ -297,10 +299,17 @@ impl Made {
         let read = gpu
             .submit_and_read(
                 encoder,
-                &[&outputs[0], &outputs[1], &outputs[2], &luma, &halves],
+                &[
+                    &outputs[0],
+                    &outputs[1],
+                    &outputs[2],
+                    &luma,
+                    &halves,
+                    &plain,
+                ],
             )
             .expect("rates");
-        read.try_into().expect("five buffers")
+        read.try_into().expect("six buffers")
     }
 }
 
@@ -344,6 +353,11 @@ fn settings(rng: &mut Rng, scene: &mut Scene) -> Settings {
     scene.attachment = true;
     scene.reasons = true;
     scene.sqrt_luma = rng.bool();
+    let half_rate = rng.bool().then(|| HalfRate {
+        tolerance: 0.3,
+        fast: [f64::INFINITY, 2.0][rng.usize(..2)],
+    });
+    scene.plain_rates = half_rate.is_some() && rng.bool();
     let blur = [
         Blur::Scaled,
         Blur::Linear,
@@ -379,10 +393,7 @@ fn settings(rng: &mut Rng, scene: &mut Scene) -> Settings {
             true => [Stability::Hysteresis, Stability::Compensate][rng.usize(..2)],
             false => Stability::None,
         },
-        half_rate: rng.bool().then(|| HalfRate {
-            tolerance: 0.3,
-            fast: [f64::INFINITY, 2.0][rng.usize(..2)],
-        }),
+        half_rate,
         transparents: scene.after_transparents,
         foveation: pick(rng).then(Foveation::default),
         overshoot: if pick(rng) {
@@ -431,7 +442,7 @@ fn own(rng: &mut Rng, scene: &Scene) -> OwnRates {
     }
 }
 
-fn assert_equal(got: &[Vec<u8>; 5], wanted: &Output, plan: &Plan) {
+fn assert_equal(got: &[Vec<u8>; 6], wanted: &Output, plan: &Plan) {
     let layout = wanted.sri.layout();
     for y in 0..layout.height {
         for x in 0..layout.width {
@@ -454,6 +465,14 @@ fn assert_equal(got: &[Vec<u8>; 5], wanted: &Output, plan: &Plan) {
                 "reason of {x},{y}\n{plan}{:?}",
                 plan.settings
             );
+            if plan.scene.plain_rates {
+                assert_eq!(
+                    got[5][at],
+                    wanted.plain.code(x, y),
+                    "without half rate {x},{y}\n{plan}{:?}",
+                    plan.settings
+                );
+            }
         }
         // whole words are written, and no others
         for x in layout.width.next_multiple_of(4)..layout.pitch {
@@ -970,4 +989,105 @@ fn tiles_refuse_what_looks_at_pixels() {
         error.to_string(),
         "material sensitivity looks at pixels one by one, and the stage goes by tiles (Fetch::Tile)"
     );
+}
+
+/// Pictures as nature makes them (amplitudes of 1/f, by octaves), at random, and against the estimator: stripes, chequers, single pixels.
+fn picture(kind: u32, size: [u32; 2], rng: &mut Rng) -> Vec<[u8; 4]> {
+    let octaves: Vec<(u32, Vec<f32>)> = (0..5)
+        .map(|octave| (1 << octave, (0..4096).map(|_| rng.f32() - 0.5).collect()))
+        .collect();
+    (0..size[0] * size[1])
+        .map(|i| {
+            let (x, y) = (i % size[0], i / size[0]);
+            let natural: f32 = octaves
+                .iter()
+                .map(|(side, values)| {
+                    let at = (x / side + y / side * 61) as usize % values.len();
+                    values[at] * *side as f32 / 16.0
+                })
+                .sum();
+            let value = match (kind, (x / 13 + y / 11) % 4) {
+                (0, _) => 110.0 + natural * 60.0,
+                (1, _) => 100.0 + rng.f32() * 40.0,
+                (_, 0) => ((x + y) % 2 * 140) as f32,
+                (_, 1) => (x / 2 % 2 * 90) as f32 + 20.0,
+                (_, 2) => {
+                    if rng.u32(..30) == 0 {
+                        255.0
+                    } else {
+                        80.0
+                    }
+                }
+                _ => (x * 3 + y) as f32,
+            };
+            [value.clamp(0.0, 255.0) as u8; 4]
+        })
+        .collect()
+}
+
+// the kernel against the formulas as they stand in the papers, without the integer twin between them
+#[test]
+fn the_gpu_equals_the_f64_twin_but_in_the_band_that_it_derives() {
+    use vrcs::analyse::exact;
+    let gpu = common::gpu();
+    let mut rng = Rng::with_seed(common::seed());
+    let size = [94, 62];
+    let [mut apart, mut may, mut all] = [0; 3];
+    for norm in [Norm::L2, Norm::L1, Norm::LInf] {
+        for form in [Form::Window, Form::Pairwise { sensitivity: 0.07 }] {
+            let settings = Settings {
+                content: Content {
+                    norm,
+                    form,
+                    ..Content::default()
+                },
+                ..Settings::default()
+            };
+            let scene = Scene::default();
+            let plan = Plan::new(&scene, &settings).expect("a plan");
+            for kind in 0..3 {
+                let mut made = Made::new(size, size, &mut rng);
+                made.codes = picture(kind, size, &mut rng);
+                let got = made.run(&gpu, &plan, &Frame::of_size(size));
+                let inputs = Inputs::of_colour(size, Colour::Codes(&made.codes));
+                let wanted = exact::analyse(&inputs, &settings).expect("inputs");
+                let layout = wanted.output.sri.layout();
+                for y in 0..layout.height {
+                    for x in 0..layout.width {
+                        let is_doubtful = wanted.doubtful[(y * layout.width + x) as usize];
+                        let same =
+                            got[0][(y * layout.pitch + x) as usize] == wanted.output.sri.code(x, y);
+                        assert!(same || is_doubtful, "{x},{y}: {norm:?}, {form:?}, {kind}");
+                        apart += usize::from(!same);
+                        may += usize::from(is_doubtful);
+                        all += 1;
+                    }
+                }
+            }
+        }
+    }
+    println!("{apart} of {all} quads differ, of {may} whose errors lie in the derived band");
+    assert!(apart * 100 < all && may * 8 < all, "{apart} {may} {all}");
+}
+
+#[test]
+fn every_plan_is_made_under_wgpus_default_limits() {
+    let adapters = vrcs::check::gpu::adapters();
+    let adapter = adapters.first().expect("a driver");
+    let (device, _queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
+        required_limits: wgpu::Limits::default(),
+        ..wgpu::DeviceDescriptor::default()
+    }))
+    .expect("a device that asks for nothing");
+    let seed = common::seed();
+    for case in 0..12 {
+        let mut rng = Rng::with_seed(seed + case);
+        let mut scene = Scene::default();
+        let settings = settings(&mut rng, &mut scene);
+        let plan = Plan::new(&scene, &settings).expect("settings that the scene serves");
+        let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let analysis = Analysis::new(&device, &plan);
+        let error = pollster::block_on(scope.pop());
+        assert!(error.is_none(), "{error:?}\n{}", analysis.plan());
+    }
 }

@@ -531,6 +531,18 @@ fn a_plan_has_what_its_scene_declares_and_nothing_else() {
     assert_eq!(bindings("ramps"), 5);
     // and motion, two depths, materials
     assert_eq!(bindings("interior"), 9);
+    // the whole frame: a scene with surfaces tells them apart in both stages that follow, one without in neither
+    for (name, has_surfaces) in [("interior", true), ("ramps", false)] {
+        let json = plan(&[name, "--json"]).stdout;
+        let json: serde_json::Value = serde_json::from_slice(&json).expect("JSON");
+        for stage in ["build", "deblock"] {
+            let effects = &json[stage][0]["effects"];
+            let effects = effects.as_array().expect("a list");
+            let found = effects.iter().any(|effect| effect == "SURFACES");
+            assert_eq!(found, has_surfaces, "{name}, {stage}: {effects:?}");
+        }
+        assert!(json["own"].as_array().expect("a list").len() > 1);
+    }
     let folder = folder();
     let scene = at(&folder, "scene.toml");
     std::fs::write(&scene, "colour = \"sqrt-luma\"\n").expect("a file");

@@ -75,7 +75,8 @@ fn luma(c: vec3<u32>) -> u32 {
 #endif
 }
 
-// A byte of 0 to 1.
+// A byte of 0 to 1. No number is 1: the shiniest surface, the strongest noise, and so the finer rate.
 fn byte_of(value: f32) -> u32 {
-    return min(u32(value * 255.0 + 0.5), 255u);
+    let is_none = (bitcast<u32>(value) & 0x7fffffffu) > 0x7f800000u;
+    return select(u32(clamp(value, 0.0, 1.0) * 255.0 + 0.5), 255u, is_none);
 }

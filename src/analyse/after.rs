@@ -31,6 +31,7 @@ struct Kernel {
 pub(super) struct After {
     own: Option<Kernel>,
     half: Option<Kernel>,
+    has_plain: bool,
 }
 
 #[derive(Debug)]
@@ -42,7 +43,8 @@ struct BoundKernel {
 /// The pipelines' bindings.
 #[derive(Debug, Default)]
 pub(super) struct BoundAfter {
-    own: Option<BoundKernel>,
+    /// One for the rates, and one for those without the extra half rate.
+    own: Vec<BoundKernel>,
     half: Option<BoundKernel>,
 }
 
@@ -150,7 +152,11 @@ impl After {
                 bindings,
             )
         });
-        After { own, half }
+        After {
+            own,
+            half,
+            has_plain: plan.bindings.contains(&Binding::PlainRates),
+        }
     }
 
     pub(super) fn bind(
@@ -164,8 +170,22 @@ impl After {
                 .map(|kernel| kernel.bind(device, bytes, resources))
                 .transpose()
         };
+        let mut own = Vec::new();
+        if let Some(kernel) = &self.own {
+            own.push(kernel.bind(device, size_of::<own::Params>(), resources)?);
+            // the same kernel over the other rates
+            let plain = resources
+                .iter()
+                .find(|given| given.0 == Binding::PlainRates);
+            if let (true, Some((_, plain))) = (self.has_plain, plain) {
+                let others = resources.iter().filter(|given| given.0 != Binding::Rates);
+                let rates = (Binding::Rates, plain.clone());
+                let all: Vec<_> = others.cloned().chain([rates]).collect();
+                own.push(kernel.bind(device, size_of::<own::Params>(), &all)?);
+            }
+        }
         Ok(BoundAfter {
-            own: bind(&self.own, size_of::<own::Params>())?,
+            own,
             half: bind(&self.half, size_of::<HalfParams>())?,
         })
     }
@@ -177,9 +197,9 @@ impl After {
         plan: &Plan,
         frame: &Frame,
     ) {
-        if let Some(bound) = &bound.own {
-            let own = plan.settings.own.clone().unwrap_or_default();
-            let params = own::Params::new(&own, plan.settings.largest, frame.size);
+        let own = plan.settings.own.clone().unwrap_or_default();
+        for (index, bound) in bound.own.iter().enumerate() {
+            let params = own::Params::new(&own, plan.settings.largest, frame.size, index == 0);
             queue.write_buffer(&bound.params, 0, bytemuck::bytes_of(&params));
         }
         if let Some(bound) = &bound.half {
@@ -196,11 +216,13 @@ impl After {
 
     pub(super) fn record(&self, pass: &mut wgpu::ComputePass, bound: &BoundAfter, size: [u32; 2]) {
         // a word is four quads, 8 pixels of the picture and 16 of it at half the resolution
-        for (kernel, bound, [width, height]) in [
-            (&self.own, &bound.own, [128, 16]),
-            (&self.half, &bound.half, [256, 32]),
-        ] {
-            if let (Some(kernel), Some(bound)) = (kernel, bound) {
+        let own = bound.own.iter().map(|bound| (&self.own, bound, [128, 16]));
+        let half = bound
+            .half
+            .iter()
+            .map(|bound| (&self.half, bound, [256, 32]));
+        for (kernel, bound, [width, height]) in own.chain(half) {
+            if let Some(kernel) = kernel {
                 pass.set_pipeline(&kernel.pipeline);
                 pass.set_bind_group(0, &bound.group, &[]);
                 pass.dispatch_workgroups(size[0].div_ceil(width), size[1].div_ceil(height), 1);

@@ -88,6 +88,7 @@ pub(super) fn kind(binding: Binding, colour: ColourForm) -> wgpu::BindingType {
         | Binding::Reasons
         | Binding::SqrtLuma
         | Binding::TileData
+        | Binding::PlainRates
         | Binding::HalfRates => write,
         Binding::Colour | Binding::After if colour == ColourForm::SqrtLuma => read,
         Binding::Colour | Binding::After => float,
@@ -230,7 +231,7 @@ impl Analysis {
                 .map(|(_, resource)| resource.clone())
                 .ok_or(MissingResource(binding))
         };
-        let smoothed: Vec<Binding> = [Binding::Rates, Binding::Attachment]
+        let smoothed: Vec<Binding> = [Binding::Rates, Binding::Attachment, Binding::PlainRates]
             .into_iter()
             .filter(|binding| self.smoothing.is_some() && self.plan.bindings.contains(binding))
             .collect();

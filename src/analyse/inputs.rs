@@ -236,6 +236,8 @@ pub struct Output {
     pub sri: Sri,
     /// The rates for the hardware attachment: from the luma after transparents, without the extra half rate.
     pub attachment: Sri,
+    /// The rates without the extra half rate, otherwise as `sri`: for passes that add no noise, as DOOM's deferred texturing.
+    pub plain: Sri,
     /// The rates of half the resolution, if they are asked for.
     pub half: Option<Sri>,
     /// √luma of the previous picture (after transparents, if told apart), four pixels to a word, rows padded to 256 bytes.

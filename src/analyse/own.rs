@@ -119,10 +119,12 @@ pub(crate) struct Params {
     particles: u32,
     steps: u32,
     depth_offset: u32,
-    reversed_z: u32,
+    has: u32,
     reach: [u32; 4],
     ids: [u32; 32],
 }
+
+// `has`: bit 0, depth 1 is near; bit 1, the reasons are those of these rates
 
 /// Four bits of each code, eight to a word.
 fn nibbles<const N: usize>(codes: impl Iterator<Item = Option<Rate>>) -> [u32; N] {
@@ -136,7 +138,7 @@ fn nibbles<const N: usize>(codes: impl Iterator<Item = Option<Rate>>) -> [u32; N
 }
 
 impl Params {
-    pub(crate) fn new(own: &OwnRates, most: Rate, size: [u32; 2]) -> Params {
+    pub(crate) fn new(own: &OwnRates, most: Rate, size: [u32; 2], has_reasons: bool) -> Params {
         let ids = own.ids.clone().unwrap_or_default();
         let ladder = own.distance.unwrap_or_default();
         let particles = own.particles.unwrap_or_default();
@@ -155,7 +157,7 @@ impl Params {
             steps: nibbles::<1>(steps.into_iter())[0],
             depth_offset: (ladder.near / ladder.far * 1_073_741_824.0).clamp(0.0, 1_073_741_824.0)
                 as u32,
-            reversed_z: u32::from(ladder.reversed_z),
+            has: u32::from(ladder.reversed_z) | u32::from(has_reasons) << 1,
             // rounded down: what is on the border is nearer
             reach: ladder.steps.map(|(from, _)| {
                 (ladder.near / from * 1_073_741_824.0).clamp(0.0, 1_073_741_824.0) as u32
@@ -173,7 +175,7 @@ fn clamp_of(most: Rate) -> LargestAxis {
     }
 }
 
-/// Combines an image of rates with what the application states; writes [`Reason::Own`] where that changes it.
+/// Combines an image of rates with what the application states; writes [`Reason::Own`] where that changes it, if there are reasons.
 pub(crate) fn combine(
     found: &Sri,
     own: &OwnRates,
@@ -182,7 +184,7 @@ pub(crate) fn combine(
     reasons: &mut [u8],
 ) -> Sri {
     let [width, height] = inputs.size;
-    let params = Params::new(own, most, inputs.size);
+    let params = Params::new(own, most, inputs.size, true);
     let pixel = |code: u8, at: usize| -> Rate {
         let clamp = clamp_of(most);
         let mut rate = Rate::from_code_or_full(code);
@@ -225,8 +227,9 @@ pub(crate) fn combine(
             pixel(code, (py * width + px) as usize)
         });
         let rate = rates.fold(most, Rate::meet);
-        if rate.code() != code {
-            reasons[(y * pitch + x) as usize] = Reason::Own as u8;
+        let reason = reasons.get_mut((y * pitch + x) as usize);
+        if let (Some(reason), true) = (reason, rate.code() != code) {
+            *reason = Reason::Own as u8;
         }
         rate.code()
     })

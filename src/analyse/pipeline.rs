@@ -244,11 +244,13 @@ pub fn run<N: Numbers>(
                 &four,
                 settings.largest,
             );
+            let plain = agree(four.map(|q| q.map(|q| q.plain)), &four, settings.largest);
             for i in 0..4 {
                 if four[i].is_some() {
                     let at = ((y + i as u32 / 2) * layout.width + x + i as u32 % 2) as usize;
                     quads[at].rate = agreed[i];
                     quads[at].attachment = after[i];
+                    quads[at].plain = plain[i];
                 }
             }
         }
@@ -275,10 +277,16 @@ pub fn run<N: Numbers>(
         }
     }
     // a stage by tiles looks at no flags itself
-    let own = settings.own.clone();
-    let sri = match own.or_else(|| settings.is_by_tiles().then(super::OwnRates::default)) {
-        Some(own) => super::own::combine(&sri, &own, settings.largest, inputs, &mut reasons),
+    let by_tiles = settings.is_by_tiles().then(super::OwnRates::default);
+    let own = settings.own.clone().or(by_tiles);
+    let sri = match &own {
+        Some(own) => super::own::combine(&sri, own, settings.largest, inputs, &mut reasons),
         None => sri,
+    };
+    let plain = super::smoothing::smooth(&image(|q| q.plain), inputs.size, settings.smoothing);
+    let plain = match &own {
+        Some(own) => super::own::combine(&plain, own, settings.largest, inputs, &mut []),
+        None => plain,
     };
     let half = settings
         .half_resolution
@@ -293,6 +301,7 @@ pub fn run<N: Numbers>(
     }
     Ok(Output {
         sri,
+        plain,
         half,
         attachment: super::smoothing::smooth(
             &image(|q| q.attachment),
@@ -314,6 +323,8 @@ pub fn code([x, y]: Logs) -> u8 {
 pub struct Quad {
     rate: Logs,
     attachment: Logs,
+    /// Before the extra half rate.
+    plain: Logs,
     reason: Reason,
     error: [f64; 2],
 }
@@ -323,6 +334,7 @@ impl Quad {
         Quad {
             rate: [0; 2],
             attachment: [0; 2],
+            plain: [0; 2],
             reason,
             error: [0.0; 2],
         }
@@ -488,6 +500,7 @@ impl<N: Numbers> Stage<'_, N> {
             let quad = Quad {
                 rate,
                 attachment: rate,
+                plain: rate,
                 reason,
                 error,
             };
@@ -514,6 +527,7 @@ impl<N: Numbers> Stage<'_, N> {
         // transparents can make a solid coarser, never finer
         let mut rate: Logs = std::array::from_fn(|axis| solid[axis].max(attachment[axis]));
         let error = [0, 1].map(|axis| self.numbers.error(before, axis));
+        let plain = rate;
         let is_fast = (0..2).all(|axis| place.speed[axis] >= self.params.half_fast);
         let mut reason = match (rate == logs_cap(self.params), motion_only) {
             (true, _) => Reason::None,
@@ -536,6 +550,7 @@ impl<N: Numbers> Stage<'_, N> {
         Quad {
             rate,
             attachment,
+            plain,
             reason,
             error,
         }

@@ -90,7 +90,8 @@ impl Support {
     /// What `VK_NV_shading_rate_image` and its siblings support: all rates, as long as a coarse pixel has no more than
     /// `shadingRateMaxCoarseSamples` samples (`GL_SHADING_RATE_IMAGE_…_MAX_COARSE_SAMPLES_NV`), 16 on Turing.
     ///
-    /// Source: NVIDIA Adaptive Shading Overview, GDC 2019, the table of "VRS and MSAA modes".
+    /// Source: NVIDIA Adaptive Shading Overview, GDC 2019, the table of "VRS and MSAA modes". Later devices shade less of it:
+    /// [`nvidia`](Support::nvidia).
     pub fn nv(max_coarse_samples: u32) -> Support {
         Support::of(|rate| match rate {
             Rate::R1X1 => ANY,
@@ -98,6 +99,19 @@ impl Support {
                 .into_iter()
                 .filter(|samples| rate.pixels() * samples.count() <= max_coarse_samples)
                 .fold(0, |counts, samples| counts | samples.count()),
+        })
+    }
+
+    /// What NVIDIA's driver shades at each sample count, by either extension: less than the slide's table at 2 and 8 samples. Seen on an
+    /// H100, driver 580.159.04, where a palette's entry above it is clamped to what [`nearest`](Support::nearest) gives
+    /// (`tests/hardware_vrs/NOTES.md`). Ask the device, and [`vulkan`](Support::vulkan), where there is one to ask.
+    pub fn nvidia() -> Support {
+        Support::of(|rate| match rate {
+            Rate::R1X1 => ANY,
+            Rate::R1X2 => 0b1111,
+            Rate::R2X1 | Rate::R2X2 => 0b111,
+            Rate::R2X4 => 0b11,
+            _ => 0b1,
         })
     }
 
@@ -251,6 +265,41 @@ mod tests {
         assert_eq!(support.nearest(Rate::R2X4, Samples::X8), Rate::R1X2);
         assert_eq!(support.nearest(Rate::R4X4, Samples::X4), Rate::R2X2);
         assert_eq!(support.nearest(Rate::R4X4, Samples::X16), Rate::R1X1);
+    }
+
+    // the device's own list and what it made of each entry, as noted
+    #[test]
+    fn an_h100_clamps_as_was_noted_and_never_beyond_the_slide() {
+        let (seen, slide) = (Support::nvidia(), Support::nv(16));
+        let notes = include_str!("../../tests/hardware_vrs/NOTES.md");
+        for rate in Rate::ALL {
+            let counts = Samples::ALL
+                .into_iter()
+                .filter(|&samples| seen.has(rate, samples))
+                .fold(0, |counts, samples| counts | samples.count());
+            if rate != Rate::R1X1 {
+                let line = format!("{rate} at sample counts {counts:#b}\n");
+                assert!(notes.contains(&line), "{line}");
+            }
+            assert!(
+                Samples::ALL
+                    .into_iter()
+                    .all(|samples| { slide.has(rate, samples) || !seen.has(rate, samples) })
+            );
+        }
+        let clamped = [
+            (Samples::X2, "2x1 1x2 2x2 2x4 2x2 2x4"),
+            (Samples::X4, "2x1 1x2 2x2 2x2 2x2 2x2"),
+            (Samples::X8, "1x1 1x2 1x2 1x2 1x2 1x2"),
+        ];
+        for (samples, wanted) in clamped {
+            let asked = ["2x1", "1x2", "2x2", "2x4", "4x2", "4x4"];
+            for (asked, wanted) in asked.into_iter().zip(wanted.split(' ')) {
+                let asked: Rate = asked.parse().expect("a rate");
+                let got = seen.nearest(asked, samples);
+                assert_eq!(got.to_string(), wanted, "{asked} at {samples:?}");
+            }
+        }
     }
 
     #[test]

@@ -9,6 +9,7 @@ use super::{BuildOptions, CoordLayout, ListLayout, primary::Order, statistics::S
 use crate::{
     coverage::{Normals, Sky, Textures},
     kernel::{self, shader},
+    plan::PlannedPass,
     rate::Rate,
     sri::SriLayout,
 };
@@ -359,6 +360,17 @@ pub(crate) fn defs(options: &BuildOptions) -> Vec<(&'static str, u32)> {
     defs.extend(switches.iter().filter(|s| s.1).map(|&(name, _)| (name, 1)));
     defs.extend(coverage.defs());
     defs
+}
+
+/// The passes of a builder with these options, as [`Builder::new`] makes them.
+pub(crate) fn planned(options: &BuildOptions) -> Vec<PlannedPass> {
+    let defs = defs(options);
+    let finish = has_counters(options).then_some(shader!("finish.wgsl"));
+    [KERNEL]
+        .into_iter()
+        .chain(finish)
+        .map(|source| kernel::planned(source, &defs))
+        .collect()
 }
 
 fn has_lists(options: &BuildOptions) -> bool {

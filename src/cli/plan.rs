@@ -1,8 +1,9 @@
-//! `vrcs plan`: what the analysis of a scene would compile, bind and dispatch.
+//! `vrcs plan`: what a scene's frame would compile, bind and dispatch: analysis, coordinates, the scene's own passes, deblocker.
 //!
 //! Does: prints the passes, kernels, bindings and buffers that follow from what a scene has.
 //! Needs: one of the six scenes, or a TOML file that says what a renderer has. No GPU.
-//! Guarantees: what is printed is what [`Analysis`](crate::analyse::Analysis) makes of the same plan.
+//! Guarantees: what is printed is what [`Analysis`](crate::analyse::Analysis) makes of the same plan, and what the
+//! [builder](crate::build) and the [deblocker](crate::deblock) make of the same declaration; bindings are counted in the modules.
 //! Refuses: a file that is no declaration, with its line; effects that need what is not there.
 
 use std::path::{Path, PathBuf};
@@ -17,8 +18,11 @@ use crate::{
         params,
         settings::*,
     },
-    plan::{Binding, ColourForm, Plan, Scene},
-    scenes::{Declared, SceneName},
+    build::BuildOptions,
+    coverage::{Coverage, Depth, DepthKind, Sky},
+    deblock,
+    plan::{Binding, ColourForm, Plan, PlannedPass, Scene},
+    scenes::{Declared, PassName, SceneName},
     sri::SriLayout,
 };
 
@@ -26,7 +30,7 @@ use crate::{
 #[command(after_help = "SCENE.toml, every line of which may be left out:
   colour = \"codes\"      # or linear, sqrt-luma
   motion = true         # motion vectors; and of the same kind:
-  # depth, cameras, after-transparents, previous-rates, materials, noise, ids, flags, blur, attachment, reasons, sqrt-luma
+  # surface-ids, triangle-ids, sky, depth, cameras, after-transparents, previous-rates, materials, noise, ids, flags, blur, plain-rates, attachment, reasons, sqrt-luma
 
 Examples:
   vrcs plan interior
@@ -59,8 +63,12 @@ struct Declaration {
     flags: bool,
     blur: bool,
     attachment: bool,
+    plain_rates: bool,
     reasons: bool,
     sqrt_luma: bool,
+    surface_ids: bool,
+    triangle_ids: bool,
+    sky: bool,
 }
 
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
@@ -108,8 +116,48 @@ pub(crate) fn settings_of(scene: &Scene) -> Settings {
     }
 }
 
+/// What follows the analysis in a frame.
+struct Rest {
+    coverage: Coverage,
+    /// The scene's own passes, which are rewritten; unknown for a file.
+    own: Vec<&'static str>,
+}
+
+impl Rest {
+    fn of(declared: &Declared, own: &[PassName]) -> Rest {
+        Rest {
+            coverage: Coverage {
+                triangles: declared.triangle_ids,
+                surfaces: declared.surface_ids,
+                depth: declared.depth.then(|| Depth::new(DepthKind::Reversed)),
+                normals: None,
+                sky: (declared.sky && declared.depth).then_some(Sky::Depth),
+            },
+            own: own.iter().map(|pass| pass.entry()).collect(),
+        }
+    }
+
+    /// The passes that build coordinates, and those that deblock.
+    fn planned(&self) -> [Vec<PlannedPass>; 2] {
+        let build = BuildOptions {
+            coverage: self.coverage,
+            effective: true,
+            ..BuildOptions::default()
+        };
+        let deblock = deblock::Options {
+            depth: self.coverage.depth,
+            surfaces: self.coverage.surfaces,
+            ..deblock::Options::new(deblock::Picture::Texture(wgpu::TextureFormat::Rgba16Float))
+        };
+        [
+            crate::build::gpu::planned(&build),
+            deblock::gpu::planned(&deblock),
+        ]
+    }
+}
+
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let (name, scene) = read(&arguments.scene)?;
+    let (name, scene, rest) = read(&arguments.scene)?;
     let settings = settings_of(&scene);
     let plan = Plan::new(&scene, &settings)
         .map_err(|error| Failure::Refused(format!("{name}: {error}")))?;
@@ -117,6 +165,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.json {
         let mut object = plan.to_json();
         object["scene"] = json!(name);
+        let [build, deblock] = rest.planned();
+        object["build"] = build.iter().map(json_of).collect();
+        object["own"] = json!(rest.own);
+        object["deblock"] = deblock.iter().map(json_of).collect();
         object["buffers"] = buffers
             .iter()
             .map(|(name, bytes)| json!({ "name": name, "bytes": bytes }))
@@ -125,16 +177,44 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let [width, height] = arguments.size;
     talk::data(&format!("{name} at {width}x{height}"))?;
+    talk::data("analysis")?;
     talk::data(plan.to_string().trim_end())?;
     for (name, bytes) in buffers {
         talk::data(&format!("  buffer {name}: {bytes} bytes"))?;
     }
+    let [build, deblock] = rest.planned();
+    print("coordinates", &build)?;
+    match rest.own.is_empty() {
+        true => talk::data("the renderer's own passes, rewritten: each binds one group more")?,
+        false => talk::data(&format!(
+            "the scene's own passes, rewritten, each with one group more: {}",
+            rest.own.join(", ")
+        ))?,
+    }
+    print("deblocking, in place", &deblock)
+}
+
+fn print(stage: &str, passes: &[PlannedPass]) -> Result<(), Failure> {
+    talk::data(stage)?;
+    for pass in passes {
+        let effects = pass.effects.join(", ").to_lowercase();
+        talk::data(&format!(
+            "pass: {}, {} bindings",
+            pass.kernel, pass.bindings
+        ))?;
+        talk::data(&format!("  compiled in: {effects}"))?;
+    }
     Ok(())
 }
 
-fn read(path: &Path) -> Result<(String, Scene), Failure> {
+fn json_of(pass: &PlannedPass) -> serde_json::Value {
+    json!({ "kernel": pass.kernel, "effects": pass.effects, "bindings": pass.bindings })
+}
+
+fn read(path: &Path) -> Result<(String, Scene, Rest), Failure> {
     if let Some(Ok(name)) = path.to_str().map(str::parse::<SceneName>) {
-        return Ok((name.to_string(), scene_of(&name.declared())));
+        let rest = Rest::of(&name.declared(), name.passes());
+        return Ok((name.to_string(), scene_of(&name.declared()), rest));
     }
     let name = files::display_name(path);
     if path.extension().is_none() && !files::is_stream(path) {
@@ -167,10 +247,18 @@ fn read(path: &Path) -> Result<(String, Scene), Failure> {
         flags: declared.flags,
         blur: declared.blur,
         attachment: declared.attachment,
+        plain_rates: declared.plain_rates,
         reasons: declared.reasons,
         sqrt_luma: declared.sqrt_luma,
     };
-    Ok((name, scene))
+    let rest = Declared {
+        depth: declared.depth,
+        surface_ids: declared.surface_ids,
+        triangle_ids: declared.triangle_ids,
+        sky: declared.sky,
+        ..Declared::default()
+    };
+    Ok((name, scene, Rest::of(&rest, &[])))
 }
 
 /// The buffers of a plan and their bytes at a size; with smoothing, raw rates are the analysis's own.
@@ -191,7 +279,10 @@ fn buffers(plan: &Plan, size: [u32; 2]) -> Vec<(String, u64)> {
         };
         all.push((binding.name().to_owned(), bytes));
         let is_smoothed = plan.settings.smoothing != Smoothing::None
-            && matches!(binding, Binding::Rates | Binding::Attachment);
+            && matches!(
+                binding,
+                Binding::Rates | Binding::Attachment | Binding::PlainRates
+            );
         if is_smoothed {
             all.push((format!("{} before smoothing", binding.name()), bytes));
         }

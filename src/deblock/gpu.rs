@@ -451,6 +451,12 @@ fn way(
     }
 }
 
+/// The passes of a deblocker with these options, where the picture is read and written in place.
+pub(crate) fn planned(options: &Options) -> Vec<crate::plan::PlannedPass> {
+    let defs = defs(options, Way::InPlace);
+    vec![kernel::planned(shader!("deblock.wgsl"), &defs)]
+}
+
 fn defs(options: &Options, way: Way) -> Vec<(&'static str, u32)> {
     let packed = |packing| match packing {
         Packing::Rgba8Unorm => vec!["PACKED_RGBA8", "ONE_WORD"],

@@ -7,7 +7,8 @@ use crate::case::{Family, MEASURED};
 const HEAD: &str = "# Hard cases
 
 Made by `cargo test --test hard_cases`, which fails if this page is not what it measures; `VRCS_BLESS=1` writes it anew. The numbers
-E1 to E43 are those of the list of hazards that this project keeps; a case without a number came up on the way. The rule
+E1 to E43 are those of the list of hazards that this project keeps, and each has a row, which is checked; a case without a number came up
+on the way. The rule
 for all of them: **any doubt means full rate**, never a coarse tile, never NaN.
 
 How each test was shown to be able to fail stands beside it in the source: the guard that holds the bound, and what happens when
@@ -45,6 +46,15 @@ fn page(families: &[Family]) -> Result<String, String> {
         }
     }
     page += &crate::elsewhere::page()?;
+    for number in 1..=43 {
+        let id = format!("E{number}");
+        let is_there = page
+            .match_indices(&format!("| {id}"))
+            .any(|(at, found)| !page[at + found.len()..].starts_with(|c: char| c.is_ascii_digit()));
+        if !is_there {
+            return Err(format!("{id} has no test, here or elsewhere"));
+        }
+    }
     Ok(page)
 }
 

@@ -130,6 +130,14 @@ pub const FAMILY: Family = Family {
             run: k_by_its_definition,
         },
         Case {
+            id: "materials",
+            name: "smoothness and Rf0 of NaN, ±∞, −1 and 65504 in a float texture on this driver",
+            hazard: "the conversion of NaN to an integer is whatever the driver makes of it: a mirror is taken for chalk",
+            bound: "no number is the shiniest: 1x1; others are held between 0 and 1",
+            guard: "byte_of in the kernel looks at bits; without that lavapipe makes 0 of NaN",
+            run: materials_that_are_none,
+        },
+        Case {
             id: "inputs",
             name: "NaN, ±∞, −1, 1e30 and denormals in depth, blur and motion, whole frames and single pixels",
             hazard: "an invalid depth passes the test of disocclusion; an invalid blur hides everything",
@@ -696,4 +704,36 @@ fn k_by_its_definition() -> Result<String, String> {
         true => Ok(format!("{k:.3}")),
         false => Err(format!("{k}")),
     }
+}
+
+fn materials_that_are_none() -> Result<String, String> {
+    let gpu = crate::common::gpu();
+    let size = [16, 8];
+    let mut times = 0;
+    for (value, wanted) in [
+        (f32::NAN, Rate::R1X1),
+        (-f32::NAN, Rate::R1X1),
+        (f32::INFINITY, Rate::R1X1),
+        (65504.0, Rate::R1X1),
+        (1.0, Rate::R1X1),
+        (f32::NEG_INFINITY, Rate::R2X2),
+        (-1.0, Rate::R2X2),
+        (1e-40, Rate::R2X2),
+        (0.0, Rate::R2X2),
+    ] {
+        let mut values = vec![[1.0f32, 0.0]; 128];
+        values[3 * 16 + 7][1] = value;
+        let found = crate::driver::of_materials(&gpu, size, &values)?;
+        for ([x, y], code) in quads(&found) {
+            let wanted = match [x, y] {
+                [3, 1] => wanted,
+                _ => Rate::R2X2,
+            };
+            if code != wanted.code() {
+                return Err(format!("{value}: quad {x},{y} is {code}, not {wanted}"));
+            }
+        }
+        times += 1;
+    }
+    Ok(format!("{times} values"))
 }

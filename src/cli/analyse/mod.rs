@@ -124,7 +124,7 @@ enum Z {
 enum Kind {
     /// Direct3D 12, tier 2, with the additional shading rates.
     D3d12,
-    /// `VK_KHR_fragment_shading_rate`, up to 16 samples in a coarse pixel.
+    /// `VK_KHR_fragment_shading_rate`, with the rates that NVIDIA's driver lists.
     Khr,
     /// `VK_NV_shading_rate_image`, `GL_NV_shading_rate_image` and NVAPI.
     Nv,
@@ -360,8 +360,8 @@ fn refuse_to_overwrite(arguments: &Arguments) -> Result<(), Failure> {
 fn attach_options(kind: Kind, arguments: &Arguments) -> AttachOptions {
     let (encoding, support) = match kind {
         Kind::D3d12 => (Encoding::D3d12, Support::d3d12(AdditionalRates::Yes)),
-        Kind::Khr => (Encoding::Khr, Support::nv(16)),
-        Kind::Nv => (Encoding::Nv, Support::nv(16)),
+        Kind::Khr => (Encoding::Khr, Support::nvidia()),
+        Kind::Nv => (Encoding::Nv, Support::nvidia()),
     };
     AttachOptions {
         tile: arguments.tile,
