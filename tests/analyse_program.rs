@@ -136,8 +136,40 @@ fn json_has_shares_that_sum_to_one() {
             .sum();
         assert!((sum - 1.0).abs() < 1e-9, "{sum}");
     }
+    assert_eq!(json["k"], 2.13);
     assert_eq!(json["width"], 70);
     assert_eq!(json["attachment"]["tile"], 16);
+}
+
+#[test]
+fn k_is_refitted_to_the_picture_itself() {
+    let folder = folder();
+    let input = at(&folder, "in.png");
+    let k_of = |picture: RgbImage| -> f64 {
+        picture.save(&input).expect("a picture");
+        let output = vrcs(&[&input, "--refit-k", "--json"]);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        json["k"].as_f64().expect("a number")
+    };
+    // white noise is rougher than nature, a ramp smoother; 2.13 is nature's
+    let rough = k_of(RgbImage::from_fn(64, 64, |x, y| {
+        let h = x.wrapping_mul(0x9e37_79b9) ^ y.wrapping_mul(0x85eb_ca6b);
+        image::Rgb([((h ^ h >> 15).wrapping_mul(0x2c1b_3c6d) >> 24) as u8; 3])
+    }));
+    let smooth = k_of(RgbImage::from_fn(64, 64, |x, _| {
+        image::Rgb([x as u8 * 3; 3])
+    }));
+    assert!(rough < 2.13 && 2.13 < smooth, "{rough} {smooth}");
+    RgbImage::from_pixel(8, 8, image::Rgb([9; 3]))
+        .save(&input)
+        .expect("a picture");
+    assert_error(
+        &vrcs(&[&input, "--refit-k"]),
+        1,
+        &["refitted", "no differences"],
+        &folder,
+    );
 }
 
 #[test]

@@ -375,7 +375,8 @@ pub struct Settings {
     /// Whether a later blur (depth of field, motion blur) hides coarse shading as motion of its width does: Eq. 17 with the
     /// post-filter's box (DOOM, "Post Process Blurs"). Needs [`Settings::motion`], by [`Blur::Scaled`].
     pub later_blur: bool,
-    /// The same by a depth of field that is worked out here, from this frame's depth: for renderers whose own is not ready in time.
+    /// The same by a depth of field that is worked out here, from this frame's depth: for renderers whose own is not ready in time. Needs
+    /// depth, and [`Settings::motion`] by the scalers.
     pub lens: Option<Lens>,
     /// Reprojection; needs motion vectors, or cameras and depth.
     pub reprojection: Option<Reprojection>,

@@ -34,9 +34,9 @@ pub const FAMILY: Family = Family {
         },
         Case {
             id: "E18",
-            name: "the kernel on this driver, by 12 settings, against its integer twin",
+            name: "the kernel on this driver, by 12 settings, against its integer twin; and whether a kernel asks for subgroups",
             hazard: "float sums depend on their order, and so on subgroup and driver: tiles flip from GPU to GPU",
-            bound: "every byte; the hash that stands here is the same on every driver, as this table is",
+            bound: "every byte; the hash that stands here is the same on every driver, as this table is; no kernel of the runtime names subgroups, so that their width cannot matter",
             guard: "only integers decide; with f32 sums the hash differs between lavapipe and SwiftShader",
             run: drivers,
         },
@@ -166,6 +166,17 @@ fn offsets() -> Result<String, String> {
 }
 
 fn drivers() -> Result<String, String> {
+    for folder in ["shaders", "shaders/analyse", "shaders/build"] {
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
+        for entry in std::fs::read_dir(&path).map_err(|error| error.to_string())? {
+            let path = entry.map_err(|error| error.to_string())?.path();
+            let is_kernel = path.extension().is_some_and(|ending| ending == "wgsl");
+            let text = std::fs::read_to_string(&path).unwrap_or_default();
+            if is_kernel && (text.is_empty() || text.contains("subgroup")) {
+                return Err(format!("{} names subgroups, or is empty", path.display()));
+            }
+        }
+    }
     let gpu = common::gpu();
     let size = [131, 67];
     let mut rng = fastrand::Rng::with_seed(11);

@@ -26,7 +26,9 @@ use super::{Failure, files, talk};
 use crate::{
     Rate,
     analyse::{
-        Colour, Inputs, Settings, integer, reproject,
+        Colour, Inputs, Settings, integer,
+        refit::refit_k,
+        reproject,
         settings::{Motion, Reprojection},
     },
     atomic::Pending,
@@ -156,6 +158,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         settings.motion.get_or_insert_with(Motion::default);
     }
     let analysed = given.previous.as_ref().unwrap_or(&picture);
+    if arguments.options.refit_k {
+        settings.content.k = refit(analysed)?;
+    }
     let found = analyse(arguments, &settings, size, analysed, &given)?;
     let granularity = arguments.options.granularity;
     let sri = uniform_in(&found.sri, size, granularity);
@@ -171,6 +176,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         attachment.as_ref(),
     )?;
     print(arguments, &settings, size, &sri, attachment.as_ref())
+}
+
+/// k of a picture, within what the analysis takes.
+fn refit(picture: &Picture) -> Result<f64, Failure> {
+    let k = refit_k(&picture.luma()).ok_or_else(|| {
+        Failure::Refused(
+            "k cannot be refitted: the picture has no differences, a value that is no number, or fewer than 3 pixels on a side"
+                .to_owned(),
+        )
+    })?;
+    Ok(k.clamp(1.0, 15.0))
 }
 
 /// What the picture is analysed with.
@@ -476,6 +492,7 @@ fn print(
             "image": files::display_name(&arguments.image),
             "width": width,
             "height": height,
+            "k": settings.content.k,
             "threshold": settings.content.threshold,
             "ambient": settings.content.ambient * 2f64.powi(settings.content.white_log2),
             "rates": object(&quads),
@@ -489,6 +506,9 @@ fn print(
         return talk::data(&result.to_string());
     }
     talk::data(&format!("{:<12} {width}x{height}", "picture"))?;
+    if arguments.options.refit_k {
+        talk::data(&format!("{:<12} {:.3}, refitted", "k", settings.content.k))?;
+    }
     table("quads", &quads)?;
     if let Some(tiles) = &tiles {
         table(&format!("tiles of {}", arguments.tile.side()), tiles)?;

@@ -23,6 +23,9 @@ pub(super) struct Options {
     /// How much more a quarter rate loses than a half: k of the paper's Eq. 14, 2.13 there.
     #[arg(long, value_name = "K")]
     k: Option<f64>,
+    /// Refit k to what is analysed: to how its differences grow from one pixel to two.
+    #[arg(long, conflicts_with = "k")]
+    pub(super) refit_k: bool,
     /// How differences become one error.
     #[arg(long, value_name = "NORM")]
     norm: Option<Norm>,

@@ -5,7 +5,10 @@ use std::{io::Cursor, path::Path};
 use image::{DynamicImage, ImageEncoder, ImageError, ImageReader};
 
 use crate::{
-    analyse::{Colour, luma::from_srgb},
+    analyse::{
+        Colour,
+        luma::{Luma, from_srgb},
+    },
     cli::{Failure, files},
 };
 
@@ -73,6 +76,25 @@ impl Picture {
                 Pixels::Linear(linear.collect())
             }
             _ => Pixels::Codes(self.0.to_rgba8().pixels().map(|pixel| pixel.0).collect()),
+        }
+    }
+
+    /// The luma, of linear light.
+    pub(super) fn luma(&self) -> Luma {
+        let [width, height] = self.size();
+        match self.pixels() {
+            Pixels::Codes(codes) => Luma::from_rgba8(width, height, codes.as_flattened()),
+            Pixels::Linear(values) => {
+                let rgb: Vec<f32> = values.iter().flat_map(|v| [v[0], v[1], v[2]]).collect();
+                Luma::from_linear(width, height, &rgb)
+            }
+            Pixels::Root(codes) => {
+                let grey = codes.iter().flat_map(|&code| {
+                    let root = f32::from(code) / 255.0;
+                    [root * root; 3]
+                });
+                Luma::from_linear(width, height, &grey.collect::<Vec<f32>>())
+            }
         }
     }
 
