@@ -47,6 +47,7 @@
 //! One word for each quad, one byte for each of its pixels: in the low half how many pixels share with it, in the high half
 //! the rate of the group's bounds.
 
+pub mod buffers;
 pub mod cpu;
 pub mod gpu;
 pub mod primary;
