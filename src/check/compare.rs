@@ -126,6 +126,10 @@ struct Write {
     primary: [u32; 3],
     /// How often the place is written.
     times: u32,
+    /// How many of these times go back to stores that the pixel was never seen to make itself, at a place that it
+    /// stores to by others. Where some do and some do not, those that do may be left out: the pixel's own bounds check may keep
+    /// it from them.
+    unlike: u32,
     /// Whether it may also be left out: data kept the pixel from ever storing, so it is not known to be in the domain.
     optional: bool,
 }
@@ -140,6 +144,15 @@ struct Due {
 impl Due {
     fn writes(&self) -> impl Iterator<Item = &Write> {
         std::iter::once(&self.first).chain(&self.others)
+    }
+
+    /// How often each write surely happens, and how often it may happen besides.
+    fn counts(&self) -> impl Iterator<Item = (u32, u32)> {
+        self.writes().map(|write| match write.optional {
+            true => (0, write.times),
+            false if write.unlike < write.times => (write.times - write.unlike, write.unlike),
+            false => (write.times, 0),
+        })
     }
 
     /// The write of a pixel, which is added if it is not there yet.
@@ -162,13 +175,21 @@ impl Due {
 
     /// How far `got` writes are from what is due: 0 if they are some of the optional writes and all the others.
     fn excess(&self, got: u32) -> Option<u32> {
-        let sure = self.writes().filter(|w| !w.optional).map(|w| w.times).sum();
+        let sure = self.counts().map(|(sure, _)| sure).sum();
         let mut nearest = got.checked_sub(sure)?;
         let mut sums = vec![sure];
         for write in self.writes().filter(|write| write.optional) {
             for known in 0..sums.len() {
-                let sum = sums[known] + write.times;
-                sums.push(sum);
+                sums.push(sums[known] + write.times);
+            }
+        }
+        let sure_writes = self.counts().zip(self.writes());
+        let besides: u32 = sure_writes
+            .filter(|(_, write)| !write.optional)
+            .map(|((_, besides), _)| besides)
+            .sum();
+        for sum in sums {
+            for sum in sum..=sum + besides {
                 nearest = got
                     .checked_sub(sum)
                     .map_or(nearest, |left| nearest.min(left));
@@ -348,12 +369,11 @@ impl Original {
                 Some(OUTSIDE) => {}
                 Some(place) => {
                     // a place that the pixel was never seen to write may lie behind its own bounds check
-                    let beyond = pixel != primary
-                        && !self.book.is_seen(stored, pixel)
-                        && !own
-                            .iter()
-                            .any(|own| self.overlap(*own, Stored { place, ..stored }));
-                    let optional = optional || beyond;
+                    let is_unlike = pixel != primary && !self.book.is_seen(stored, pixel);
+                    let is_own = own
+                        .iter()
+                        .any(|own| self.overlap(*own, Stored { place, ..stored }));
+                    let optional = optional || is_unlike && !is_own;
                     let source = if is_outside { place } else { stored.place };
                     let pairs = units(site, place).zip(units(site, source));
                     for ((unit, from), is_padding) in pairs.zip(&site.padding) {
@@ -366,6 +386,7 @@ impl Original {
                             pixel: position(pixel, grid),
                             primary: position(primary, grid),
                             times: 0,
+                            unlike: 0,
                             optional,
                         };
                         let due = expected[output].due.entry(unit).or_insert_with(|| Due {
@@ -373,10 +394,13 @@ impl Original {
                             others: Vec::new(),
                         });
                         let write = due.of(write);
+                        // what is there then is one of two values, the first of which the primary has written over
+                        let may_be_left_out = is_unlike && write.unlike < write.times;
                         write.times += 1;
+                        write.unlike += u32::from(is_unlike);
                         write.is_chance |= is_chance;
                         // what lies between the members of a struct is nobody's
-                        let is_seen = is_last && !is_padding && !is_chance;
+                        let is_seen = is_last && !is_padding && !is_chance && !may_be_left_out;
                         write.from = is_seen.then_some(from);
                     }
                 }

@@ -364,6 +364,12 @@ fn through_helper(g: &mut Generator, scope: &Scope, target: &Target) {
         );
         callee = outer;
     }
+    let nothing = match takes_address {
+        true => format!("{}()", target.address_type),
+        false => "vec2<u32>()".to_owned(),
+    };
+    g.others
+        .push(format!("{callee}({nothing}, 0u, {value_type}());"));
     let call = |g: &mut Generator| {
         let value = target.value(scope, 2, g);
         g.line(format!("{callee}({argument}, layer, {value});"));

@@ -10,9 +10,9 @@
 //! for speed, not for its result.
 
 use fastrand::Rng;
-use vrcs_passes::Code;
+use vrcs_passes::{Code, Options};
 
-use super::{targets::Target, values::Scope};
+use super::{extras, targets::Target, values::Scope};
 
 /// What has to become of a shader.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -21,6 +21,8 @@ pub enum Expect {
     Rewritten,
     /// It has to be refused, with this code among the reasons.
     Refused(Code),
+    /// As [`Expect::Rewritten`], or refused with this code: whether that is right takes an analysis that a generator has not.
+    Either(Code),
 }
 
 /// A shader, and what is known of it.
@@ -28,6 +30,8 @@ pub enum Expect {
 pub struct Shader {
     pub text: String,
     pub expect: Expect,
+    /// How it is to be rewritten, apart from what [`judge`](super::judge) chooses.
+    pub options: Options,
     /// The picture that it is made for.
     pub size: [u32; 2],
     /// The shapes in it, for the count of what was tried.
@@ -80,6 +84,8 @@ pub struct Generator {
     /// Functions.
     pub functions: Vec<String>,
     pub shapes: Vec<&'static str>,
+    /// What other entry points of the module do.
+    pub others: Vec<String>,
     lines: Vec<String>,
     depth: usize,
     bindings: u32,
@@ -143,6 +149,12 @@ impl Generator {
         self.line("}");
     }
 
+    /// Whether what has been written says something.
+    pub fn says(&self, text: &str) -> bool {
+        let mut written = self.lines.iter().chain(&self.functions);
+        written.any(|line| line.contains(text))
+    }
+
     /// Writes a function: what `body` writes goes into it.
     pub fn function(&mut self, head: &str, body: impl FnOnce(&mut Generator)) {
         let outer = std::mem::take(&mut self.lines);
@@ -186,15 +198,21 @@ pub fn shader(seed: u64) -> Shader {
         globals: Vec::new(),
         functions: Vec::new(),
         shapes: Vec::new(),
+        others: Vec::new(),
         lines: Vec::new(),
         depth: 0,
         bindings: 0,
         names: 0,
     };
-    let mut head = String::from(FRAME);
+    let uses_half = generator.one_in(12);
+    let mut head = match uses_half {
+        true => format!("enable f16;\n{FRAME}"),
+        false => FRAME.to_owned(),
+    };
     generator.resource("var<uniform> frame: Frame;");
     generator.resource("var input: texture_2d<f32>;");
     let mut scope = Scope::inputs(&mut generator);
+    let asks = extras::inputs(&mut generator, &mut scope);
     let entry = super::ids::choose(&mut generator);
     head.push_str(&entry.declarations);
     generator.geometry.group = entry.group;
@@ -209,7 +227,7 @@ pub fn shader(seed: u64) -> Shader {
     let count = generator.pick(&[1, 1, 2, 2, 3, 4]);
     let mut textures = 0;
     let targets: Vec<Target> = (0..count)
-        .map(|_| Target::choose(&mut generator, &mut textures))
+        .map(|_| Target::choose(&mut generator, &mut textures, uses_half))
         .collect();
 
     generator.depth = 0;
@@ -218,16 +236,21 @@ pub fn shader(seed: u64) -> Shader {
     for line in &entry.pixel {
         generator.line(line);
     }
+    for (name, ty) in &entry.names {
+        scope.add(name, *ty);
+    }
     let closes = super::control::guard(&mut generator);
     super::control::body(&mut generator, &mut scope, &targets);
-    let expect = match generator.one_in(16) {
-        true => super::refused::plant(&mut generator),
-        false => Expect::Rewritten,
+    let is_plain = entry.linear.is_none() && !entry.is_cooperative && !asks;
+    let (expect, options) = match is_plain && generator.one_in(16) {
+        true => (super::refused::plant(&mut generator), Options::default()),
+        false => extras::choose(&mut generator, &scope, &entry, &targets),
     };
     if closes {
         generator.close();
     }
     generator.close();
+    extras::other_entries(&mut generator);
 
     let mut text = head;
     for global in &generator.globals {
@@ -249,9 +272,13 @@ pub fn shader(seed: u64) -> Shader {
         Guard::Border => "border guard",
     });
     shapes.extend(entry.shapes);
+    if uses_half {
+        shapes.push("f16");
+    }
     Shader {
         text,
         expect,
+        options,
         size,
         shapes,
     }

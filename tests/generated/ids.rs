@@ -1,6 +1,8 @@
 //! How a shader learns which pixel is its own: every id builtin, in every form that people write.
 
-use super::grammar::Generator;
+use vrcs_passes::options::Linear;
+
+use super::{grammar::Generator, values::Ty};
 
 /// The entry point's first lines.
 pub struct EntryHead {
@@ -18,6 +20,12 @@ pub struct EntryHead {
     pub affine: bool,
     /// Whether many more invocations may run than the picture has pixels, so that the shader cannot do without a guard.
     pub needs_guard: bool,
+    /// The width, where the pixels are numbered row by row in one dimension.
+    pub linear: Option<Linear>,
+    /// Whether a workgroup works together, with barriers.
+    pub is_cooperative: bool,
+    /// What the lines besides the pixel's name.
+    pub names: Vec<(&'static str, Ty)>,
     pub shapes: Vec<&'static str>,
 }
 
@@ -53,6 +61,9 @@ pub fn choose(generator: &mut Generator) -> EntryHead {
         group,
         affine: true,
         needs_guard: false,
+        linear: None,
+        is_cooperative: false,
+        names: Vec::new(),
         shapes: Vec::new(),
     };
     if is_override {
@@ -65,7 +76,9 @@ pub fn choose(generator: &mut Generator) -> EntryHead {
     let gid = "@builtin(global_invocation_id) id: vec3<u32>";
     let wid = "@builtin(workgroup_id) group: vec3<u32>";
     let lid = "@builtin(local_invocation_id) local: vec3<u32>";
-    match generator.below(10) {
+    match generator.below(13) {
+        10 if !generator.geometry.layered => one_dimension(generator, &mut head),
+        11 => together(generator, &mut head),
         0 => {
             head.shapes.push("ids in a struct");
             head.declarations.push_str(
@@ -148,4 +161,89 @@ pub fn choose(generator: &mut Generator) -> EntryHead {
         }
     }
     head
+}
+
+/// A dispatch of one dimension over the pixels' numbers.
+fn one_dimension(generator: &mut Generator, head: &mut EntryHead) {
+    head.affine = false;
+    head.needs_guard = true;
+    head.declarations.clear();
+    head.shapes = vec!["one dimension"];
+    let width = generator.geometry.size[0];
+    head.linear = Some(match generator.one_in(2) {
+        true => Linear::Pixels(width),
+        false => Linear::Named("frame.width".to_owned()),
+    });
+    let lanes = generator.pick(&[64, 32, 100, 256]);
+    head.group = [lanes, 1];
+    head.attributes = format!("@compute @workgroup_size({lanes})");
+    let (argument, number) = match generator.below(3) {
+        0 => (
+            "@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) index: u32",
+            format!("group.x * {lanes}u + index"),
+        ),
+        _ => (
+            "@builtin(global_invocation_id) id: vec3<u32>",
+            "id.x".to_owned(),
+        ),
+    };
+    head.signature = format!("fn main({argument})");
+    head.pixel = vec![
+        format!("let number = {number};"),
+        "let pixel = vec2<u32>(number % frame.width, number / frame.width);".to_owned(),
+        "let layer = 0u;".to_owned(),
+    ];
+}
+
+/// A workgroup that reads its texels once, into memory that it shares, and looks at its neighbours' there.
+fn together(generator: &mut Generator, head: &mut EntryHead) {
+    let group = generator.pick(&[[8, 8], [16, 16], [8, 4], [16, 8]]);
+    let [w, h] = group;
+    let lanes = w * h;
+    head.group = group;
+    head.is_cooperative = true;
+    head.shapes = vec!["barriers"];
+    head.declarations = format!("var<workgroup> shared_texels: array<vec4<f32>, {lanes}>;\n");
+    head.attributes = format!("@compute @workgroup_size({w}, {h})");
+    head.signature = "fn main(@builtin(global_invocation_id) id: vec3<u32>, \
+                      @builtin(local_invocation_index) index: u32)"
+        .to_owned();
+    let step = generator.pick(&[1, w, w + 1]);
+    head.pixel = vec![
+        "let pixel = id.xy;".to_owned(),
+        "let layer = id.z;".to_owned(),
+        "shared_texels[index] = textureLoad(input, min(pixel, frame.size - 1u), 0);".to_owned(),
+        "workgroupBarrier();".to_owned(),
+        format!("let near = shared_texels[(index + {step}u) % {lanes}u];"),
+    ];
+    head.names = vec![("near", Ty::V4)];
+    match generator.below(3) {
+        0 => {
+            head.shapes.push("barriers, twice");
+            head.pixel.extend([
+                "workgroupBarrier();".to_owned(),
+                "shared_texels[index] = near * 0.5 + frame.tint;".to_owned(),
+                "workgroupBarrier();".to_owned(),
+                format!("let far = shared_texels[(index + 5u) % {lanes}u];"),
+            ]);
+            head.names.push(("far", Ty::V4));
+        }
+        1 => {
+            head.shapes.push("barriers in a loop");
+            head.pixel.extend([
+                "var far = near;".to_owned(),
+                "for (var batch = 0u; batch < frame.step_count; batch++) {".to_owned(),
+                "    workgroupBarrier();".to_owned(),
+                "    shared_texels[index] = textureLoad(input, (pixel + batch) % frame.size, 0);"
+                    .to_owned(),
+                "    workgroupBarrier();".to_owned(),
+                "    for (var other = 0u; other < 4u; other++) {".to_owned(),
+                format!("        far += shared_texels[(index + other) % {lanes}u] * near.x;"),
+                "    }".to_owned(),
+                "}".to_owned(),
+            ]);
+            head.names.push(("far", Ty::V4));
+        }
+        _ => {}
+    }
 }

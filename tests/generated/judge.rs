@@ -102,7 +102,7 @@ pub fn job(shader: &Shader, seed: u64) -> Job {
         ][rng.usize(0..5)],
         tile: [[16, 16], [16, 16], [16, 16], [8, 8], [32, 8], [16, 8]][rng.usize(0..6)],
         full_tiles: [FullTiles::Promote, FullTiles::Keep][rng.usize(0..2)],
-        ..Options::default()
+        ..shader.options.clone()
     };
     job
 }
@@ -117,11 +117,11 @@ fn caught<T>(work: impl FnOnce() -> T) -> Result<T, Bad> {
     })
 }
 
-/// Rewrites a shader; `None` if it was refused rightly.
+/// Rewrites a shader; a code if it was refused rightly.
 pub fn rewritten(
     shader: &Shader,
     options: &Options,
-) -> Result<Option<(naga::Module, naga::valid::ModuleInfo, Rewritten)>, Bad> {
+) -> Result<Result<(naga::Module, naga::valid::ModuleInfo, Rewritten), Code>, Bad> {
     let bad = |kind, what: String| Err(Bad { kind, what });
     let source = Source::new("generated.wgsl", shader.text.clone());
     let (module, info) = match caught(|| input::wgsl(&source))? {
@@ -129,9 +129,9 @@ pub fn rewritten(
         Err(invalid) => return bad(Kind::NotValid, invalid.rendered),
     };
     match caught(|| rewrite(&module, &info, "main", options))? {
-        Ok(rewritten) if shader.expect == Expect::Rewritten => {
+        Ok(rewritten) if !matches!(shader.expect, Expect::Refused(_)) => {
             match caught(|| emit::wgsl(&rewritten.module, &rewritten.info))? {
-                Ok(_) => Ok(Some((module, info, rewritten))),
+                Ok(_) => Ok(Ok((module, info, rewritten))),
                 Err(error) => bad(Kind::NoText, error.to_string()),
             }
         }
@@ -139,7 +139,9 @@ pub fn rewritten(
         Err(refusal) => {
             let codes: Vec<Code> = refusal.findings.iter().map(|f| f.code).collect();
             match &shader.expect {
-                Expect::Refused(code) if codes.contains(code) => Ok(None),
+                Expect::Refused(code) | Expect::Either(code) if codes.contains(code) => {
+                    Ok(Err(*code))
+                }
                 _ => bad(
                     Kind::RefusedWrongly(codes),
                     refusal.render(&source, Color::Never),
@@ -153,13 +155,8 @@ pub fn rewritten(
 pub fn judge(gpu: &Gpu, shader: &Shader, seed: u64) -> Outcome {
     let job = job(shader, seed);
     let (module, info, rewritten) = match rewritten(shader, &job.options) {
-        Ok(Some(rewritten)) => rewritten,
-        Ok(None) => {
-            return match shader.expect {
-                Expect::Refused(code) => Outcome::Refused(code),
-                Expect::Rewritten => unreachable!("only what must be refused is refused rightly"),
-            };
-        }
+        Ok(Ok(rewritten)) => rewritten,
+        Ok(Err(code)) => return Outcome::Refused(code),
         Err(bad) => return Outcome::Bad(bad),
     };
     let source = Source::new("generated.wgsl", shader.text.clone());

@@ -3,11 +3,13 @@
 //!
 //! A shader that fails is [shrunk](shrink) and printed with its number. `VRCS_GENERATED=10000` makes a long run of it,
 //! `VRCS_SEED` starts elsewhere, `VRCS_THREADS` says how many are checked at a time, and `VRCS_SHADER` with the number of
-//! a shader checks that one alone, and prints it. `README.md` tells of the long runs.
+//! a shader checks that one alone, and prints it. `VRCS_GENERATED_SECONDS` ends a run early, and `VRCS_SHRUNK=0` shrinks nothing.
+//! `README.md` tells of the long runs.
 
 #[path = "../common/mod.rs"]
 mod common;
 mod control;
+mod extras;
 mod found;
 mod grammar;
 mod ids;
@@ -23,13 +25,14 @@ use std::{
         Mutex,
         atomic::{AtomicU64, Ordering},
     },
+    time::{Duration, Instant},
 };
 
 use judge::{Outcome, judge};
 
-/// How often a shrinker asks, and how many failures are shrunk.
+/// How often a shrinker asks, and how many failures are shrunk unless `VRCS_SHRUNK` says otherwise.
 const TRIES: u32 = 600;
-const SHRUNK: usize = 4;
+const SHRUNK: u64 = 4;
 
 fn from_env(name: &str) -> Option<u64> {
     let value = std::env::var(name).ok()?;
@@ -43,7 +46,8 @@ fn from_env(name: &str) -> Option<u64> {
 /// What came of many shaders.
 #[derive(Default)]
 struct Tally {
-    outcomes: BTreeMap<String, u32>,
+    /// How often each came, and the first shader that it came of.
+    outcomes: BTreeMap<String, (u64, u64)>,
     shapes: BTreeMap<&'static str, u32>,
     failures: Vec<(u64, String)>,
 }
@@ -74,6 +78,9 @@ fn the_laws_hold_for_shaders_that_nobody_wrote() {
         }
     };
     let threads = from_env("VRCS_THREADS").unwrap_or(2);
+    let shrunk = from_env("VRCS_SHRUNK").unwrap_or(SHRUNK);
+    let limit = from_env("VRCS_GENERATED_SECONDS").map(Duration::from_secs);
+    let start = Instant::now();
     let next = AtomicU64::new(0);
     let tally = Mutex::new(Tally::default());
     std::thread::scope(|scope| {
@@ -81,6 +88,9 @@ fn the_laws_hold_for_shaders_that_nobody_wrote() {
             scope.spawn(|| {
                 let gpu = common::gpu();
                 loop {
+                    if limit.is_some_and(|limit| start.elapsed() > limit) {
+                        return;
+                    }
                     let number = next.fetch_add(1, Ordering::Relaxed);
                     if number >= count {
                         return;
@@ -88,21 +98,22 @@ fn the_laws_hold_for_shaders_that_nobody_wrote() {
                     let seed = first + number;
                     let shader = grammar::shader(seed);
                     if alone.is_some() {
-                        println!("{}", shader.text);
+                        println!("{}{:?}", shader.text, judge::job(&shader, seed).options);
                     }
                     let outcome = judge(&gpu, &shader, seed);
                     let mut tally = tally.lock().expect("a tally");
                     if number % 500 == 499 {
-                        eprintln!("{} of {count}: {:?}", number + 1, tally.outcomes);
+                        eprintln!("{} of {count}", number + 1);
                     }
-                    *tally.outcomes.entry(outcome.label()).or_default() += 1;
+                    let entry = tally.outcomes.entry(outcome.label());
+                    entry.or_insert((0, seed)).0 += 1;
                     if let Outcome::Held | Outcome::HeldWhereSeen(_) = outcome {
                         for shape in &shader.shapes {
                             *tally.shapes.entry(shape).or_default() += 1;
                         }
                     }
                     if let Outcome::Bad(_) = &outcome {
-                        let is_first = tally.failures.len() < SHRUNK;
+                        let is_first = (tally.failures.len() as u64) < shrunk;
                         tally.failures.push((seed, format!("{outcome:?}")));
                         drop(tally);
                         if is_first {
@@ -114,9 +125,10 @@ fn the_laws_hold_for_shaders_that_nobody_wrote() {
         }
     });
     let tally = tally.into_inner().expect("a tally");
+    let count: u64 = tally.outcomes.values().map(|(times, _)| times).sum();
     println!("{count} shaders from seed {first} on:");
-    for (outcome, times) in &tally.outcomes {
-        println!("{times:6}  {outcome}");
+    for (outcome, (times, example)) in &tally.outcomes {
+        println!("{times:6}  {outcome} ({example})");
     }
     println!("shapes that held:");
     for (shape, times) in &tally.shapes {
@@ -128,7 +140,7 @@ fn the_laws_hold_for_shaders_that_nobody_wrote() {
     }
     let of = |start: &str| -> u64 {
         let matching = tally.outcomes.iter().filter(|(o, _)| o.starts_with(start));
-        matching.map(|(_, times)| u64::from(*times)).sum()
+        matching.map(|(_, (times, _))| times).sum()
     };
     // a check that cannot tell proves nothing, so few may be such
     assert!(
@@ -155,8 +167,10 @@ fn told(
         judge(gpu, &smaller, seed).kind() == kind
     });
     format!(
-        "---- seed {seed}, {:?}: {outcome:?}\n{small}---- made of\n{}----",
-        shader.size, shader.text
+        "---- seed {seed}, {:?}: {outcome:?}\n{:?}\n{small}---- made of\n{}----",
+        shader.size,
+        judge::job(shader, seed).options,
+        shader.text
     )
 }
 

@@ -8,7 +8,7 @@ use super::{
 /// A resource that is stored to.
 #[derive(Clone, Debug)]
 pub struct Target {
-    name: String,
+    pub name: String,
     place: Place,
     /// The address, made of `pixel` and `layer`, and of `block_x` and `block_y` where there is a block.
     pub address: String,
@@ -44,6 +44,9 @@ enum Stored {
     Of(Ty),
     Two,
     Three,
+    /// `f16`, one or four.
+    Half,
+    HalfFour,
 }
 
 const FORMATS: [(&str, &str); 16] = [
@@ -70,12 +73,15 @@ const MOST_TEXTURES: u32 = 4;
 
 impl Target {
     /// Declares a target. `textures` counts those that there are.
-    pub fn choose(g: &mut Generator, textures: &mut u32) -> Target {
+    pub fn choose(g: &mut Generator, textures: &mut u32, uses_half: bool) -> Target {
+        if uses_half && g.one_in(2) {
+            return Target::buffer(g, true);
+        }
         if *textures < MOST_TEXTURES && g.below(5) < 3 {
             *textures += 1;
             return Target::texture(g);
         }
-        Target::buffer(g)
+        Target::buffer(g, false)
     }
 
     fn texture(g: &mut Generator) -> Target {
@@ -224,8 +230,8 @@ impl Target {
         self.address_type = if signed { "vec2<i32>" } else { "vec2<u32>" };
     }
 
-    fn buffer(g: &mut Generator) -> Target {
-        use Stored::{Of, Three, Two};
+    fn buffer(g: &mut Generator, is_half: bool) -> Target {
+        use Stored::{Half, HalfFour, Of, Three, Two};
         let name = g.name("values");
         let elements: [(&str, u32, &str, Stored); 8] = [
             ("f32", 4, "", Of(Ty::F)),
@@ -237,7 +243,11 @@ impl Target {
             ("TEXEL", 32, ".color", Three),
             ("TEXEL", 32, ".weight", Of(Ty::F)),
         ];
-        let (element, _, part, stored) = g.pick(&elements);
+        let (element, _, part, stored) = match (is_half, g.one_in(2)) {
+            (true, true) => ("f16", 2, "", Half),
+            (true, false) => ("vec4<f16>", 8, "", HalfFour),
+            _ => g.pick(&elements),
+        };
         let (element, part, stored) = match (element, g.below(4)) {
             ("TEXEL", 0) => (element, ".ids[2u]", Of(Ty::U)),
             ("TEXEL", 1) => (element, ".ids[frame.flip & 3u]", Of(Ty::U)),
@@ -418,6 +428,8 @@ impl Target {
                 Stored::Of(ty) => ty.name().to_owned(),
                 Stored::Two => "vec2<f32>".to_owned(),
                 Stored::Three => "vec3<f32>".to_owned(),
+                Stored::Half => "f16".to_owned(),
+                Stored::HalfFour => "vec4<f16>".to_owned(),
             },
         }
     }
@@ -438,6 +450,8 @@ impl Target {
                 Stored::Of(ty) => scope.value(*ty, depth + 1, g),
                 Stored::Two => several(2, "f32", Ty::F, g),
                 Stored::Three => several(3, "f32", Ty::F, g),
+                Stored::Half => format!("f16({})", scope.value(Ty::F, depth, g)),
+                Stored::HalfFour => format!("vec4<f16>({})", scope.value(Ty::V4, depth, g)),
             },
         }
     }

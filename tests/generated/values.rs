@@ -37,6 +37,8 @@ pub struct Scope {
     has_table: bool,
     has_sampler: bool,
     has_random: bool,
+    /// What can be said anywhere in the module.
+    pub anywhere: Vec<(&'static str, Ty)>,
 }
 
 impl Scope {
@@ -122,6 +124,11 @@ impl Scope {
             && let Some(local) = self.local(ty, g)
         {
             return local;
+        }
+        let anywhere = self.anywhere.iter().filter(|(_, of)| *of == ty);
+        let anywhere: Vec<&str> = anywhere.map(|(text, _)| *text).collect();
+        if !anywhere.is_empty() && g.one_in(3) {
+            return g.pick(&anywhere).to_owned();
         }
         let component = g.pick(&["x", "y", "z", "w"]);
         match ty {
