@@ -305,6 +305,10 @@ impl Session<'_> {
         let stores_ever = (0..each[0].len())
             .map(|i| each.iter().any(|run| run[i]))
             .collect();
+        // what never ran at all may run for any pixel, for other data
+        let is_reached = |site: usize| logs.iter().any(|log| log.reaches(site as u32));
+        let depends_on_data =
+            each.iter().any(|run| *run != each[0]) || !(0..sites.len()).all(is_reached);
         let chance = written
             .iter()
             .map(|made| {
@@ -324,7 +328,7 @@ impl Session<'_> {
         Original {
             book: AddressBook::new(logs, textures),
             stores_ever,
-            depends_on_data: each.iter().any(|run| *run != each[0]),
+            depends_on_data,
             log: match logs.first() {
                 Some(first) => first.clone(),
                 None => unreachable!("at least one run"),

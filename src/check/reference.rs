@@ -84,6 +84,12 @@ impl Log {
         self.size.grid
     }
 
+    /// Whether any invocation stores at a site.
+    pub fn reaches(&self, site: u32) -> bool {
+        let mut stores = self.stores.iter().flatten();
+        stores.any(|stored| stored.site == site)
+    }
+
     /// Stores outside their resources.
     pub fn outside(&self) -> usize {
         self.stores

@@ -1,5 +1,7 @@
 //! What long runs have found, shrunk: each was a defect of the rewriter or of the check, and is held from then on.
 
+use vrcs_passes::{Options, options::Atomics};
+
 use super::{
     grammar::{Expect, Shader},
     judge::{Outcome, judge},
@@ -18,10 +20,14 @@ struct Frame {
 
 /// Checks a text as the shader of a number would be: its options and shading rates come from the number.
 fn holds(text: &str, size: [u32; 2], number: u64) {
+    holds_with(text, Options::default(), size, number);
+}
+
+fn holds_with(text: &str, options: Options, size: [u32; 2], number: u64) {
     let shader = Shader {
         text: format!("{FRAME}{text}"),
         expect: Expect::Rewritten,
-        options: vrcs_passes::Options::default(),
+        options,
         size,
         shapes: Vec::new(),
     };
@@ -84,4 +90,34 @@ STORES}
             holds(&text.replace("STORES", &stores), [32, 13], number);
         }
     }
+}
+
+/// Number 7000053. Every second pixel has nothing but an atomic, which no data of the check reaches: the check took these pixels
+/// to lie outside of the domain.
+#[test]
+fn a_pixel_that_is_never_seen_to_store_may_be_in_the_domain() {
+    let text = "
+@group(0) @binding(2) var<storage, read_write> values: array<f32>;
+@group(0) @binding(3) var<storage, read_write> bins: array<atomic<i32>, 16>;
+
+@compute @workgroup_size(5, 7)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    let pixel = id.xy;
+    if any(pixel < vec2<u32>(2u)) || any(pixel + 2u >= frame.size) {
+        return;
+    }
+    let texel = textureLoad(input, pixel, 0);
+    if ((pixel.x + pixel.y) & 1u) == 0u {
+        values[pixel.y * frame.size.x + pixel.x] = f32(pixel.y);
+    }
+    if texel.w > 1000.0 {
+        atomicMax(&bins[pixel.x & 15u], i32(pixel.y));
+    }
+}
+";
+    let options = Options {
+        atomics: Atomics::Weight,
+        ..Options::default()
+    };
+    holds_with(text, options, [32, 18], 7_000_053);
 }
