@@ -2,13 +2,13 @@
 
 use std::collections::{HashMap, HashSet};
 
-use naga::AtomicFunction;
 use vrcs_passes::{
-    instrument::{Atomic, OUTSIDE, Site},
+    instrument::{OUTSIDE, Site},
     options::Policy,
 };
 
 use super::{
+    atomics::{Done, Tallies, word},
     reference::{AddressBook, Log, Stored, position, units},
     run::Outputs,
 };
@@ -72,6 +72,8 @@ pub fn groups(coordinates: &Coordinates, extent: [u32; 2], skips_sky: bool) -> V
 /// What the original was seen to do.
 #[derive(Clone, Debug)]
 pub struct Original {
+    /// The size of the picture.
+    pub size: [u32; 2],
     /// What it stored, in the run whose outputs these are.
     pub log: Log,
     /// The stores in its text.
@@ -94,23 +96,6 @@ pub struct Original {
     pub texel_bytes: Vec<Option<usize>>,
     /// What is to become of the stores to each output.
     pub policies: Vec<Policy>,
-}
-
-/// What atomics make of a word.
-#[derive(Clone, Copy, Debug)]
-struct Tally {
-    /// With the pixels that are in the domain for sure.
-    sure: u32,
-    /// With those that may be, too.
-    all: u32,
-}
-
-impl Tally {
-    fn fits(self, got: u32) -> bool {
-        let distance = self.all.wrapping_sub(self.sure) as i32;
-        let found = got.wrapping_sub(self.sure) as i32;
-        (distance.min(0)..=distance.max(0)).contains(&found)
-    }
 }
 
 /// What an invocation is to write at a place.
@@ -178,14 +163,16 @@ impl Due {
         let sure = self.counts().map(|(sure, _)| sure).sum();
         let mut nearest = got.checked_sub(sure)?;
         let mut sums = vec![sure];
-        for write in self.writes().filter(|write| write.optional) {
+        // an optional write is left out as a whole, but where bounds checks of single stores have a part in it
+        let is_whole = |write: &Write| write.optional && write.unlike == 0;
+        for write in self.writes().filter(|write| is_whole(write)) {
             for known in 0..sums.len() {
                 sums.push(sums[known] + write.times);
             }
         }
-        let sure_writes = self.counts().zip(self.writes());
-        let besides: u32 = sure_writes
-            .filter(|(_, write)| !write.optional)
+        let in_part = self.counts().zip(self.writes());
+        let besides: u32 = in_part
+            .filter(|(_, write)| !is_whole(write))
             .map(|((_, besides), _)| besides)
             .sum();
         for sum in sums {
@@ -208,8 +195,8 @@ impl Due {
 #[derive(Clone, Debug, Default)]
 pub struct Expected {
     due: HashMap<u32, Due>,
-    /// What atomics make of the word at a byte.
-    tallies: HashMap<usize, Tally>,
+    /// What atomics make of it.
+    tallies: Tallies,
     /// Values that may appear at places that are not known.
     anywhere: Vec<usize>,
     /// Units that are written at places that are not known, with values that cannot be seen in the original's output.
@@ -319,21 +306,40 @@ impl Original {
                 true => Some(stored.place),
                 false => self.book.place(self.log.of(pixel), stored, pixel),
             };
-            let Some(place) = place.filter(|&place| place != OUTSIDE) else {
-                continue;
+            let at = |place: u32| {
+                let byte = place as usize * self.texel_bytes[output].unwrap_or(1);
+                let initial = self.initial[output].get(byte..byte + 4).map(word);
+                Some((byte, initial?))
             };
-            let byte = place as usize * self.texel_bytes[output].unwrap_or(1);
-            let initial = self.initial[output].get(byte..byte + 4).map(word);
-            let Some(initial) = initial else { continue };
-            let tally = expected[output].tallies.entry(byte).or_insert(Tally {
-                sure: initial,
-                all: initial,
-            });
-            tally.all = apply(atomic, tally.all, stored.value);
-            if !optional {
-                tally.sure = apply(atomic, tally.sure, stored.value);
+            let done = Done {
+                atomic,
+                value: stored.value,
+                optional,
+            };
+            let of_primary = at(stored.place);
+            let tallies = &mut expected[output].tallies;
+            match place {
+                None => tallies.add(done, None, of_primary),
+                Some(place) => match at(place) {
+                    Some(own) => tallies.add(done, Some(own), of_primary),
+                    None => tallies.add_outside(done, of_primary),
+                },
             }
         }
+    }
+
+    /// Whether two invocations do an atomic at one place of an output.
+    fn shares_atomics(&self, output: usize) -> bool {
+        let mut owners = HashMap::new();
+        (0..self.log.invocations()).any(|invocation| {
+            self.log.of(invocation).iter().any(|stored| {
+                let site = stored.site as usize;
+                self.sites[site].atomic.is_some()
+                    && self.output_of_site[site] == output
+                    && stored.place != OUTSIDE
+                    && *owners.entry(stored.place).or_insert(invocation) != invocation
+            })
+        })
     }
 
     /// What the primary's stores are for a pixel, in some outputs.
@@ -373,7 +379,10 @@ impl Original {
                     let is_own = own
                         .iter()
                         .any(|own| self.overlap(*own, Stored { place, ..stored }));
-                    let optional = optional || is_unlike && !is_own;
+                    // beyond the picture it is the rewriter's choice whether a copy asks a bounds check of its store alone
+                    let [x, y, _] = position(pixel, self.log.grid());
+                    let is_beyond = x >= self.size[0] || y >= self.size[1];
+                    let optional = optional || is_unlike && (!is_own || is_beyond);
                     let source = if is_outside { place } else { stored.place };
                     let pairs = units(site, place).zip(units(site, source));
                     for ((unit, from), is_padding) in pairs.zip(&site.padding) {
@@ -395,7 +404,9 @@ impl Original {
                         });
                         let write = due.of(write);
                         // what is there then is one of two values, the first of which the primary has written over
-                        let may_be_left_out = is_unlike && write.unlike < write.times;
+                        let has_sure = write.unlike < write.times;
+                        let may_be_left_out =
+                            is_unlike && (has_sure || is_beyond && write.times > 0);
                         write.times += 1;
                         write.unlike += u32::from(is_unlike);
                         write.is_chance |= is_chance;
@@ -449,26 +460,33 @@ impl Original {
                 .collect();
             let mut unseen = expected.unseen;
             let (before, after) = (&self.initial[output], &got[output]);
+            let counted = match expected.tallies.is_empty() {
+                true => HashSet::new(),
+                false => match expected
+                    .tallies
+                    .compare(before, after, || self.shares_atomics(output))
+                {
+                    Ok(counted) => counted,
+                    Err(wrong) => {
+                        return Some(Difference {
+                            output,
+                            byte: wrong.byte,
+                            expected: wrong.expected.to_le_bytes().to_vec(),
+                            got: wrong.got.to_le_bytes().to_vec(),
+                            pixel: None,
+                            primary: None,
+                        });
+                    }
+                },
+            };
             for (number, (initial, got)) in before.chunks(unit).zip(after.chunks(unit)).enumerate()
             {
                 if self.chance[output].contains(&(number as u32)) {
                     continue;
                 }
                 let due = expected.due.get(&(number as u32));
-                let at = (number * unit) & !3;
-                if let Some(tally) = expected.tallies.get(&at) {
-                    let found = after.get(at..at + 4).map_or(0, word);
-                    if tally.fits(found) {
-                        continue;
-                    }
-                    return Some(Difference {
-                        output,
-                        byte: at,
-                        expected: tally.sure.to_le_bytes().to_vec(),
-                        got: found.to_le_bytes().to_vec(),
-                        pixel: None,
-                        primary: None,
-                    });
+                if counted.contains(&((number * unit) & !3)) {
+                    continue;
                 }
                 let from = |write: &Write| {
                     let from = write.from?;
@@ -618,32 +636,5 @@ impl Original {
             .map(|e| e.due.values().filter(|due| !due.is_optional()).count())
             .sum();
         (all, strict)
-    }
-}
-
-/// The word of four bytes.
-fn word(bytes: &[u8]) -> u32 {
-    let mut word = [0; 4];
-    word.copy_from_slice(&bytes[..4]);
-    u32::from_le_bytes(word)
-}
-
-/// What an atomic leaves behind.
-fn apply(atomic: Atomic, before: u32, value: u32) -> u32 {
-    let signed = |least: bool| {
-        let (a, b) = (before as i32, value as i32);
-        (if least { a.min(b) } else { a.max(b) }) as u32
-    };
-    match atomic.function {
-        AtomicFunction::Add => before.wrapping_add(value),
-        AtomicFunction::Subtract => before.wrapping_sub(value),
-        AtomicFunction::And => before & value,
-        AtomicFunction::InclusiveOr => before | value,
-        AtomicFunction::ExclusiveOr => before ^ value,
-        AtomicFunction::Min if atomic.is_signed => signed(true),
-        AtomicFunction::Max if atomic.is_signed => signed(false),
-        AtomicFunction::Min => before.min(value),
-        AtomicFunction::Max => before.max(value),
-        AtomicFunction::Exchange { .. } => value,
     }
 }

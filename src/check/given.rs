@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use vrcs_passes::{
     graded::{self, Given},
     instrument::{self, LogSize},
-    options::Mode,
+    options::{Mode, Policy},
 };
 
 use super::{
@@ -182,6 +182,10 @@ fn together(set: &Set, answers: &[Given]) -> Original {
             let site = &together.sites[stored.site as usize];
             let output = together.output_of_site[stored.site as usize];
             if stored.place == instrument::OUTSIDE || site.atomic.is_some() {
+                continue;
+            }
+            // what runs for every pixel shares nothing
+            if together.policies[output] == Policy::Full {
                 continue;
             }
             let of = units(site, stored.place);

@@ -326,6 +326,7 @@ impl Session<'_> {
             })
             .collect();
         Original {
+            size: self.job.size,
             book: AddressBook::new(logs, textures),
             stores_ever,
             depends_on_data,

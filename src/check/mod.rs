@@ -18,6 +18,7 @@
 //! another invocation stores, or that was never seen to reach one of its stores; an output that is the same
 //! everywhere.
 
+mod atomics;
 mod builds;
 pub mod compare;
 pub mod coordinates;

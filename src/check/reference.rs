@@ -290,7 +290,11 @@ impl PlacePattern {
 
     fn at(&self, at: [u32; 3]) -> Option<u32> {
         match self {
-            PlacePattern::Offset(pattern) => pattern.at(at),
+            // what lies before the buffer comes out as a number beyond all buffers
+            PlacePattern::Offset(pattern) => match pattern.at(at)? {
+                before if before > u32::MAX / 2 => Some(OUTSIDE),
+                offset => Some(offset),
+            },
             PlacePattern::Texel(patterns, size) => {
                 let [x, y, z] = [
                     patterns[0].at(at)?,

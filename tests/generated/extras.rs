@@ -38,7 +38,7 @@ pub fn inputs(g: &mut Generator, scope: &mut Scope) -> bool {
             "fn vrcs_rate() -> vec2<u32> {\n    return vec2<u32>(1u);\n}".to_owned(),
         ]);
         scope.anywhere.extend([
-            ("f32(vrcs_copies())", Ty::F),
+            ("(1.0 + f32(vrcs_copies()))", Ty::F),
             ("f32(vrcs_rate().x)", Ty::F),
             ("(8u / (1u + vrcs_copies()))", Ty::U),
             ("vrcs_rate().y", Ty::U),

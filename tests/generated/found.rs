@@ -1,6 +1,9 @@
 //! What long runs have found, shrunk: each was a defect of the rewriter or of the check, and is held from then on.
 
-use vrcs_passes::{Options, options::Atomics};
+use vrcs_passes::{
+    Options,
+    options::{Atomics, Policy},
+};
 
 use super::{
     grammar::{Expect, Shader},
@@ -120,4 +123,72 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         ..Options::default()
     };
     holds_with(text, options, [32, 18], 7_000_053);
+}
+
+/// Numbers 2006006081 and 2007006038, and a dozen like them. Where an atomic goes is a function of the ids that lies in no pattern,
+/// or looks as if data had a part in it and has none: the check knew neither the places of pixels that it had not seen there, nor
+/// that a place which data chooses is the primary's.
+#[test]
+fn atomics_go_to_places_that_are_shared() {
+    let text = "
+@group(0) @binding(3) var<storage, read_write> bins: array<atomic<i32>, 16>;
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    let pixel = id.xy;
+    if any(pixel >= frame.size) {
+        return;
+    }
+    let texel = textureLoad(input, pixel, 0);
+    let nothing = u32(fract(f32(pixel.y)));
+    if CONDITION {
+        FUNCTION(&bins[PLACE & 15u], i32(texel.z * 9.0) - 4);
+    }
+}
+";
+    let weight = || Options {
+        atomics: Atomics::Weight,
+        ..Options::default()
+    };
+    let places = [
+        "(pixel.y * pixel.x)",
+        "(pixel.y - (u32(texel.y * 7.0) & nothing))",
+    ];
+    for place in places {
+        for (condition, function) in [
+            ("texel.y < 0.2", "atomicAdd"),
+            ("true", "atomicSub"),
+            ("texel.y < 0.2", "atomicMin"),
+        ] {
+            let text = text
+                .replace("CONDITION", condition)
+                .replace("FUNCTION", function)
+                .replace("PLACE", place);
+            holds_with(&text, weight(), [19, 13], 2_006_006_081);
+        }
+    }
+}
+
+/// Number 2005006017. A target that is stored for every pixel is told that its pixel shares nothing: the check had it told what the
+/// rest of the shader is.
+#[test]
+fn what_runs_for_every_pixel_shares_nothing() {
+    let text = "
+@group(0) @binding(2) var coarse: texture_storage_2d<rgba32sint, write>;
+@group(0) @binding(3) var fine: texture_storage_2d<rgba32sint, write>;
+
+fn vrcs_rate() -> vec2<u32> {
+    return vec2<u32>(1u);
+}
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    let value = vec4<i32>(vec4<u32>(id.xy, vrcs_rate()));
+    textureStore(fine, id.xy, value);
+    textureStore(coarse, id.xy, value);
+}
+";
+    let mut options = Options::default();
+    options.targets.insert("fine".to_owned(), Policy::Full);
+    holds_with(text, options, [29, 23], 2_005_006_017);
 }
