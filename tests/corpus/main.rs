@@ -6,6 +6,7 @@
 //! driver, picked by the seed (all of them if there are no more); a few otherwise. `VRCS_CORPUS_ONLY=sky_view` picks from those whose
 //! crate, file or entry point is named so.
 
+mod child;
 #[path = "../common/mod.rs"]
 mod common;
 mod crates;
@@ -16,13 +17,15 @@ use std::path::Path;
 
 use crates::PACKAGES;
 use table::{Became, Row};
-use vrcs::check::{Job, Verdict, check};
-use vrcs_passes::{Options, input::Shader};
+use vrcs_passes::input::Shader;
 
 /// Everything that becomes of the corpus without a driver; `None` offline.
 fn rows() -> Option<Vec<(Row, Option<Shader>)>> {
     let mut rows = Vec::new();
-    for package in PACKAGES {
+    // a child has one entry point to check, and needs its crate alone
+    let child = std::env::var(child::NAME).ok();
+    let is_wanted = |name: &str| child.as_ref().is_none_or(|child| child.starts_with(name));
+    for package in PACKAGES.iter().filter(|package| is_wanted(package.name)) {
         for file in package.files()? {
             let shader = match file.shader {
                 Ok(shader) => shader,
@@ -102,47 +105,28 @@ fn what_is_rewritten_keeps_the_laws() {
         Err(_) => 4,
     };
     let seed = common::seed();
-    let gpu = common::gpu();
     let mut rewritten: Vec<(Row, Shader)> = rows
         .into_iter()
         .filter(|(row, _)| row.chosen == Became::Rewritten)
         .filter_map(|(row, shader)| Some((row, shader?)))
         .collect();
+    if let Ok(child) = std::env::var(child::NAME) {
+        for (row, shader) in rewritten.iter().filter(|(row, _)| row.name() == child) {
+            child::check(row, shader, seed);
+        }
+        return;
+    }
     if let Ok(only) = std::env::var("VRCS_CORPUS_ONLY") {
         rewritten.retain(|(row, _)| row.name().contains(&only));
     }
     fastrand::Rng::with_seed(seed).shuffle(&mut rewritten);
     let mut failed = Vec::new();
-    for (row, shader) in rewritten.iter().take(count) {
-        let mut job = Job::new(&row.entry);
-        job.seed = seed;
-        job.size = [29, 21];
-        job.cases = 16;
-        job.options = match &row.choice {
-            Some(choice) => choice.options.clone(),
-            None => Options::default(),
-        };
-        let Shader {
-            module,
-            info,
-            source,
-            ..
-        } = shader;
-        // before, too: a driver may take the process with it
-        println!("{} ..", row.name());
-        let outcome = match check(&gpu, source, module, info, &job, &mut |_| {}) {
-            Ok(report) if report.verdict == Verdict::Failed => {
-                let failure = vrcs::check::Failure {
-                    picture: Vec::new(),
-                    ..report.failure.expect("a failure")
-                };
-                failed.push(row.name());
-                format!("FAILED: {failure:?}")
-            }
-            Ok(report) => format!("{:?}: {}", report.verdict, report.why.unwrap_or_default()),
-            Err(error) => format!("not checked: {error}"),
-        };
+    for (row, _) in rewritten.iter().take(count) {
+        let outcome = child::outcome(&row.name(), seed);
         println!("{}: {outcome}", row.name());
+        if outcome.starts_with("FAILED") {
+            failed.push(row.name());
+        }
     }
     assert!(failed.is_empty(), "{failed:#?}");
 }

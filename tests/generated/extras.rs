@@ -137,7 +137,17 @@ fn atomics(g: &mut Generator, scope: &Scope) {
     let value = scope.value(ty, 2, g);
     let at = match by_pixel {
         true => "pixel.y * 96u + pixel.x".to_owned(),
-        false => format!("({}) & 15u", scope.value(Ty::U, 2, g)),
+        // (what a loop has changed is refused as a place)
+        false => g
+            .pick(&[
+                "u32(texel.x * 16.0) & 15u",
+                "(pixel.x + pixel.y) & 15u",
+                "(pixel.x * pixel.y) & 15u",
+                "(u32(texel.y * 7.0) ^ pixel.x) & 15u",
+                "pack4x8unorm(texel) & 15u",
+                "frame.offset & 15u",
+            ])
+            .to_owned(),
     };
     g.line(format!("{function}(&{name}[{at}], {value});"));
     if is_conditional {
