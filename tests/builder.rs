@@ -209,11 +209,12 @@ fn coverage_on_the_gpu_is_that_of_its_cpu_twin() {
     let seed = common::seed();
     let sizes = [[1, 1], [33, 31], [64, 48], [17, 100]];
     let (mut split, mut whole, mut skies) = (0, 0, 0);
-    for coverage in coverages() {
+    // each of them with pictures of its own: a seed that gives a few poor ones shall not decide
+    for (number, coverage) in (0u64..).zip(coverages()) {
         coverage.check().expect("a declaration that makes sense");
         for largest in [Rate::R2X2, Rate::R4X4] {
             for (index, extent) in sizes.into_iter().enumerate() {
-                let mut rng = Rng::with_seed(seed + 100 + index as u64);
+                let mut rng = Rng::with_seed(seed + 100 + 8 * number + index as u64);
                 let samples = planes(extent, &coverage, &mut rng);
                 let pattern = Pattern::of_case(rng.u32(1..16), largest);
                 let sri = pattern.image(extent[0], extent[1], &mut rng);
