@@ -1,17 +1,19 @@
-// The analysis: a workgroup takes 128 pixels by 32, 16, 8 or 4, an invocation a block of 4x4 of them, which are four quads.
+// The analysis: a workgroup takes 128 pixels by 16, 8 or 4, an invocation a block of 4x4 of them, which are four quads.
 //
 // Its CPU twin is src/analyse/integer.rs; both make the same words. Only integers decide: see src/analyse/fixed.rs. What the scene does
 // not declare is not here: no binding, no code. Pixels are read once, by neighbours side by side, into workgroup memory
-// (analyse/cells.wgsl); a block's windows are summed together (analyse/sums.wgsl) and decided on together (analyse/rates.wgsl); two
+// (analyse/cells.wgsl), but √luma where it lies (analyse/sums.wgsl); a block's windows are summed together (analyse/sums.wgsl) and decided on together (analyse/rates.wgsl); two
 // neighbours then put the words together that their bytes share. shaders/NOTES.md tells what that brought.
 
 #import vrcs::analyse::params::{params, largest, SPEEDS, FACTOR_ONE}
 #import vrcs::analyse::fixed::byte_of
 #import vrcs::analyse::pictures
 #import vrcs::analyse::source
-#import vrcs::analyse::cells::{SQUARES, ROW, ODD, fill}
+#ifdef SHARED
+#import vrcs::analyse::cells::fill
+#endif
 #ifdef ASIDES
-#import vrcs::analyse::cells::asides
+#import vrcs::analyse::cells::{asides, ROW, ODD}
 #endif
 #import vrcs::analyse::sums::sums_of
 #import vrcs::analyse::rates::{Logs, Places, legal, logs_of, tolerances, scaled, limits_everywhere, limits_under}
@@ -233,11 +235,11 @@ fn decide(quad: vec2<u32>, block: vec2<u32>) -> Block {
     let across = limits_everywhere(places.previous.across);
     let down = limits_everywhere(places.previous.down);
 #endif
-    let sums = sums_of(block, 0u);
+    let sums = sums_of(quad, block, 0u);
     let solid = legal(logs_of(sums, places.speed, across, down));
     var out = Block(solid, solid, solid, vec4<u32>(REASON_CONTENT), vec2<u32>(together(sums.across), together(sums.down)));
 #ifdef TRANSPARENTS
-    out.attachment = legal(logs_of(sums_of(block, 1u), places.speed, across, down));
+    out.attachment = legal(logs_of(sums_of(quad, block, 1u), places.speed, across, down));
     // transparents can make a solid coarser, never finer
     out.rate = Logs(max(solid.across, out.attachment.across), max(solid.down, out.attachment.down));
 #endif
@@ -320,10 +322,10 @@ fn analyse(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
     pictures::share_codes(index, THREADS);
     workgroupBarrier();
 #endif
-    for (var square = index; square < SQUARES.x * SQUARES.y; square += THREADS) {
-        fill(square, origin);
-    }
+#ifdef SHARED
+    fill(index, THREADS, origin);
     workgroupBarrier();
+#endif
 
     let quads = (params.size + 1u) / 2u;
     let block = vec2<u32>(index % (#{TILE_WIDTH}u / 4u), index / (#{TILE_WIDTH}u / 4u));

@@ -44,6 +44,10 @@ const MODULES: &[Source] = &[
     shader!("analyse/cells.wgsl"),
     shader!("analyse/sums.wgsl"),
     shader!("analyse/rates.wgsl"),
+    shader!("deblock/params.wgsl"),
+    shader!("deblock/picture.wgsl"),
+    shader!("deblock/groups.wgsl"),
+    shader!("deblock/surfaces.wgsl"),
 ];
 
 /// Composes a kernel.

@@ -9,6 +9,7 @@ use crate::analyse::{
     half::HalfResolution,
     integer::count,
     own::OwnRates,
+    params::has_fixed_limits,
     settings::{Blur, Difference, Form, Norm, Pairs, Settings, Smoothing, Stability, Weights},
     tiles::SIDE,
 };
@@ -448,21 +449,25 @@ impl Plan {
         let content = &self.settings.content;
         let has = |name: &str| effects.contains(&name);
         let has_doubt = has("REPROJECTION") || self.scene.colour == ColourForm::Linear;
+        let has_asides = has_doubt || has("MOTION");
+        let has_shared_sums = content.pairs == Pairs::All
+            && content.norm != Norm::LInf
+            && !has("CHANNELS")
+            && !has("PAIRWISE");
+        // √luma that is read where it lies
+        let is_direct = has_shared_sums && has("SQRT_LUMA") && !has_doubt;
         let derived = [
             // the sums of four quads are made together
-            (
-                "SHARED_SUMS",
-                content.pairs == Pairs::All
-                    && content.norm != Norm::LInf
-                    && !has("CHANNELS")
-                    && !has("PAIRWISE"),
-            ),
+            ("SHARED_SUMS", has_shared_sums),
+            ("DIRECT", is_direct),
+            // pixels, or what squares of them have beside lumas, are shared in workgroup memory
+            ("SHARED", has_asides || !is_direct),
             // a pixel may have no source, or no luma
             ("DOUBT", has_doubt),
             // a quad may be at full rate whatever its content
             ("FULL_RATES", has_doubt || has("FLAGS") || has("MATERIALS")),
             // squares of pixels have more than their lumas
-            ("ASIDES", has_doubt || has("MOTION")),
+            ("ASIDES", has_asides),
             (
                 "LOCAL_TOLERANCE",
                 has("SAFE_AREA") || has("FOVEATION") || has("MATERIALS"),
@@ -470,6 +475,7 @@ impl Plan {
             ("OPTICS", has("CAMERA") || has("LENS")),
             ("DEPTH_NOW", has("DEPTH") || has("CAMERA") || has("LENS")),
             ("BLURRED", has("BLUR") || has("LENS")),
+            ("FIXED_LIMITS", has_fixed_limits(&self.settings)),
             ("SQUARED", matches!(content.norm, Norm::L2 | Norm::Root)),
         ];
         defs.extend(derived.iter().filter(|d| d.1).map(|&(name, _)| (name, 1)));
@@ -494,8 +500,7 @@ impl Plan {
             return [SIDE; 2];
         }
         let height = match self.planes() {
-            1 => 32,
-            2 => 16,
+            1 | 2 => 16,
             4 => 8,
             _ => 4,
         };

@@ -25,16 +25,25 @@ fn a_software_driver_meets_no_goal() {
         ("stage", 4),
         ("all machinery", 2),
         ("barriers", 3),
+        ("identity", 6),
+        ("indirect", 1),
+        ("resolution", 2),
     ] {
         let found = small(filter).run(&gpu, &mut |_| {}).expect("rows");
         assert_eq!(found.rows.len(), rows, "{filter}: {:?}", found.rows);
         for row in &found.rows {
-            assert!(row.value.is_finite() && row.value > 0.0, "{row:?}");
+            // a constant of resolution, and a difference, may be below zero
+            let is_signed =
+                row.name.starts_with("resolution, a") || row.name.starts_with("indirect");
+            assert!(row.value.is_finite(), "{row:?}");
+            assert!(is_signed || row.value > 0.0, "{row:?}");
+            let drift = row.drift.expect("a control ran beside it");
+            assert!(drift.control >= 1.0 && drift.counted >= 3, "{row:?}");
             assert!(
                 row.parts.iter().all(|part| part.milliseconds > 0.0),
                 "{row:?}"
             );
-            assert_eq!(row.met.is_none(), found.is_software, "{row:?}");
+            assert!(row.met.is_none() || !found.is_software, "{row:?}");
         }
     }
 }

@@ -17,7 +17,9 @@ const ODD: u32 = SQUARES.x / 2u + 1u;
 const ROW: u32 = SQUARES.x;
 const PLANE: u32 = ROW * SQUARES.y * 2u;
 
+#ifndef DIRECT
 var<workgroup> cells: array<u32, PLANE * #{PLANES}u>;
+#endif
 
 #ifdef ASIDES
 // Of each square: the least speed across in bits 0 to 9 and down in 10 to 19; the first lost pixel's doubt of its upper row in bits 20 and
@@ -30,6 +32,7 @@ fn slot_of(x: u32) -> u32 {
     return (x & 1u) * ODD + (x >> 1u);
 }
 
+#ifndef DIRECT
 // Keeps two neighbouring pixels of a picture: channels and luma.
 fn keep(at: u32, left: vec4<u32>, right: vec4<u32>) {
 #ifdef DOUBT
@@ -80,15 +83,17 @@ fn look(at: u32, left: vec3<u32>, right: vec3<u32>) -> u32 {
     return doubt;
 }
 
+#endif
+
 // Fills a square's words. Its upper left pixel is at an odd place, and may lie outside the picture.
-fn fill(square: u32, origin: vec2<u32>) {
-    let at = vec2<u32>(square % ROW, square / ROW);
+fn fill_square(at: vec2<u32>, origin: vec2<u32>) {
     let slot = slot_of(at.x);
     let word = at.y * 2u * ROW + slot;
     let corner = vec2<i32>(origin + at * 2u) - 1;
     let last = vec2<i32>(params.size) - 1;
     let low = vec2<u32>(clamp(corner, vec2<i32>(0), last));
     let high = vec2<u32>(clamp(corner + 1, vec2<i32>(0), last));
+#ifndef DIRECT
 #ifdef REPROJECTION
     let upper = look(word, source::moved_source(low), source::moved_source(vec2<u32>(high.x, low.y)));
     let lower = look(word + ROW, source::moved_source(vec2<u32>(low.x, high.y)), source::moved_source(high));
@@ -97,6 +102,7 @@ fn fill(square: u32, origin: vec2<u32>) {
     let second = source::still_source(high);
     let upper = look(word, vec3<u32>(first, 0u), vec3<u32>(second.x, first.y, 0u));
     let lower = look(word + ROW, vec3<u32>(first.x, second.y, 0u), vec3<u32>(second, 0u));
+#endif
 #endif
 #ifdef ASIDES
     var aside = 0u;
@@ -111,4 +117,20 @@ fn fill(square: u32, origin: vec2<u32>) {
 #endif
     asides[at.y * ROW + slot] = aside;
 #endif
+}
+
+const INNER: vec2<u32> = vec2<u32>(#{TILE_WIDTH}u / 2u, #{TILE_HEIGHT}u / 2u);
+const EDGE: u32 = INNER.x + SQUARES.y;
+
+// Fills all squares: four by each of the workgroup's invocations, without a condition, so that all their loads are under way at once;
+// then the last row and column.
+fn fill(index: u32, count: u32, origin: vec2<u32>) {
+    for (var i = 0u; i < 4u; i++) {
+        let square = i * count + index;
+        fill_square(vec2<u32>(square % INNER.x, square / INNER.x), origin);
+    }
+    for (var edge = index; edge < EDGE; edge += count) {
+        let is_below = edge < INNER.x;
+        fill_square(select(vec2<u32>(INNER.x, edge - INNER.x), vec2<u32>(edge, INNER.y), is_below), origin);
+    }
 }

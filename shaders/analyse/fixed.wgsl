@@ -4,27 +4,17 @@
 // Magnitudes m * 2^e, m at most 2^15, or 2^30 where they are products.
 struct Mags {
     m: vec4<u32>,
-    e: vec4<u32>,
-}
-
-fn bits_over(x: vec4<u32>) -> vec4<u32> {
-    return vec4<u32>(17u) - min(countLeadingZeros(x), vec4<u32>(17u));
-}
-
-// At least x. Zero wraps around twice, and stays zero.
-fn above(x: vec4<u32>) -> Mags {
-    let shift = bits_over(x);
-    return Mags(((x - vec4<u32>(1u)) >> shift) + vec4<u32>(1u), shift);
+    e: vec4<i32>,
 }
 
 // At most x.
 fn below(x: vec4<u32>) -> Mags {
-    let shift = bits_over(x);
-    return Mags(x >> shift, shift);
+    let shift = vec4<u32>(17u) - min(countLeadingZeros(x), vec4<u32>(17u));
+    return Mags(x >> shift, vec4<i32>(shift));
 }
 
 fn unpacked(word: vec4<u32>) -> Mags {
-    return Mags(word & vec4<u32>(0xffffu), word >> vec4<u32>(16u));
+    return Mags(word & vec4<u32>(0xffffu), vec4<i32>(word >> vec4<u32>(16u)) - vec4<i32>(512));
 }
 
 // Exact; to be compared, not multiplied.
@@ -37,13 +27,11 @@ fn times_below(a: Mags, b: Mags) -> Mags {
     return Mags(rounded.m, rounded.e + a.e + b.e);
 }
 
-// Exact, for mantissas of up to 30 bits: a * 2^d < b is a < b / 2^d rounded up.
-fn is_less(a: Mags, b: Mags) -> vec4<bool> {
-    let apart = vec4<i32>(a.e) - vec4<i32>(b.e);
-    let over = vec4<u32>(clamp(apart, vec4<i32>(0), vec4<i32>(30)));
-    let under = vec4<u32>(clamp(-apart, vec4<i32>(0), vec4<i32>(31)));
-    let rounded_up = (b.m + (vec4<u32>(1u) << over) - vec4<u32>(1u)) >> over;
-    return (a.m >> under) < rounded_up;
+// Whole numbers against products: a < m * 2^e, which is rounded up.
+fn is_less(a: vec4<u32>, b: Mags) -> vec4<bool> {
+    let over = vec4<u32>(clamp(-b.e, vec4<i32>(0), vec4<i32>(30)));
+    let under = vec4<u32>(clamp(b.e, vec4<i32>(0), vec4<i32>(31)));
+    return (a >> under) < ((b.m + (vec4<u32>(1u) << over) - vec4<u32>(1u)) >> over);
 }
 
 // The bits of 2^n.

@@ -36,7 +36,7 @@ struct Params {
 }
 
 @group(0) @binding(0) var<uniform> params: Params;
-// 256 lumas of codes; for each speed two coefficients of errors, for the half and the quarter rate; tolerance over squared distance
+// 256 lumas of codes; for each speed what limits are multiplied by, for the half and the quarter rate; tolerance over squared distance
 @group(0) @binding(1) var<storage, read> tables: array<u32>;
 
 const ONE: u32 = 16384u;

@@ -31,25 +31,39 @@ fn share_codes(index: u32, count: u32) {
 
 #ifdef SQRT_LUMA
 // fixed::sqrt_luma: code^2 * 16384 / 65025, rounded. The factor is 2^17 / 3.96887; exact for all 256 codes.
-fn luma_of_code(code: u32) -> vec4<u32> {
-    let square = code * code;
-    return vec4<u32>((square * 33025u + (square >> 1u) + 65536u) >> 17u);
+fn luma_of_codes(codes: vec3<u32>) -> vec3<u32> {
+    let square = codes * codes;
+    return (square * 33025u + (square >> vec3<u32>(1u)) + vec3<u32>(65536u)) >> vec3<u32>(17u);
+}
+
+fn code_in(word: u32, x: u32) -> u32 {
+    return extractBits(word, (x & 3u) * 8u, 8u);
+}
+
+// A word of a picture, before (0) or after (1) transparents.
+fn word_at(at: u32, picture: u32) -> u32 {
+#ifdef TRANSPARENTS
+    if picture == 1u {
+        return after[at];
+    }
+#endif
+    return colour[at];
 }
 
 fn before_at(p: vec2<u32>) -> vec4<u32> {
-    return luma_of_code(extractBits(colour[p.y * params.luma_pitch + (p.x >> 2u)], (p.x & 3u) * 8u, 8u));
+    return luma_of_codes(vec3<u32>(code_in(colour[p.y * params.luma_pitch + (p.x >> 2u)], p.x))).xxxx;
 }
 #ifdef TRANSPARENTS
 fn after_at(p: vec2<u32>) -> vec4<u32> {
-    return luma_of_code(extractBits(after[p.y * params.luma_pitch + (p.x >> 2u)], (p.x & 3u) * 8u, 8u));
+    return luma_of_codes(vec3<u32>(code_in(after[p.y * params.luma_pitch + (p.x >> 2u)], p.x))).xxxx;
 }
 #endif
 #else
 // Channels and luma; BAD in the last for what is in doubt.
 fn pixel_of(value: vec3<f32>) -> vec4<u32> {
 #ifdef CODES
-    // a number added to 2^23 is rounded and stands in the low bits
-    let code = bitcast<vec3<u32>>(value * 255.0 + vec3<f32>(8388608.0)) & vec3<u32>(255u);
+    // beside 2^21 a float has quarters left: a code's bits are the ten low ones but for two, to whichever side it is rounded
+    let code = (bitcast<vec3<u32>>(value * 255.0 + vec3<f32>(2097152.25)) >> vec3<u32>(2u)) & vec3<u32>(255u);
     let c = vec3<u32>(codes[code.x], codes[code.y], codes[code.z]);
     return vec4<u32>(c, luma(c));
 #else

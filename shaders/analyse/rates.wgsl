@@ -2,7 +2,7 @@
 #define_import_path vrcs::analyse::rates
 
 #import vrcs::analyse::params::{params, tables, largest, ONE, FACTOR_ONE, TABLE_SPEEDS, TABLE_FALLOFF, FALLOFF}
-#import vrcs::analyse::fixed::{Mags, above, below, unpacked, product, times_below, is_less}
+#import vrcs::analyse::fixed::{Mags, below, unpacked, product, times_below, is_less}
 #import vrcs::depth::high_product
 #import vrcs::analyse::sums::Sums
 
@@ -109,8 +109,8 @@ fn limits_everywhere(previous: vec4<u32>) -> Limits {
     return Limits(by_previous(params.limit_half, previous), by_previous(params.limit_quarter, previous));
 }
 
-// Coefficients of errors by speed, of the half rate (0) or the quarter rate (1).
-fn coefficients(speed: vec4<u32>, rate: u32) -> vec4<u32> {
+// The table's entries by speed, of the half rate (0) or the quarter rate (1).
+fn entries(speed: vec4<u32>, rate: u32) -> vec4<u32> {
 #ifdef MOTION
     let at = vec4<u32>(TABLE_SPEEDS + rate) + speed * 2u;
     return vec4<u32>(tables[at.x], tables[at.y], tables[at.z], tables[at.w]);
@@ -119,12 +119,21 @@ fn coefficients(speed: vec4<u32>, rate: u32) -> vec4<u32> {
 #endif
 }
 
+// What errors have to be less than: the table has the limits in it where they are the same everywhere.
+fn bounds(base: Mags, limit: Mags, speed: vec4<u32>, rate: u32) -> Mags {
+    let entry = unpacked(entries(speed, rate));
+#ifdef FIXED_LIMITS
+    return product(base, entry);
+#else
+    return product(base, times_below(limit, entry));
+#endif
+}
+
 fn logs_on(error: vec4<u32>, speed: vec4<u32>, base: Mags, limits: Limits, most: u32) -> vec4<u32> {
-    let least = above(error);
-    let is_half = is_less(product(least, unpacked(coefficients(speed, 0u))), product(base, limits.half));
+    let is_half = is_less(error, bounds(base, limits.half, speed, 0u));
     var logs = select(vec4<u32>(0u), vec4<u32>(1u), is_half);
     if any(is_half) {
-        let is_quarter = is_less(product(least, unpacked(coefficients(speed, 1u))), product(base, limits.quarter));
+        let is_quarter = is_less(error, bounds(base, limits.quarter, speed, 1u));
         logs += select(vec4<u32>(0u), vec4<u32>(1u), is_half & is_quarter);
     }
     return min(logs, vec4<u32>(most));
@@ -143,15 +152,15 @@ fn legal(logs: Logs) -> Logs {
 fn logs_of(sums: Sums, speed: Logs, across: Limits, down: Limits) -> Logs {
     let most = largest();
 #ifdef STANDALONE
-    let half = Logs(coefficients(speed.across, 0u), coefficients(speed.down, 0u));
-    let quarter = Logs(coefficients(speed.across, 1u), coefficients(speed.down, 1u));
+    let half = Logs(entries(speed.across, 0u), entries(speed.down, 0u));
+    let quarter = Logs(entries(speed.across, 1u), entries(speed.down, 1u));
     return Logs(
         min(half.across + (half.across & quarter.across), vec4<u32>(most.x)),
         min(half.down + (half.down & quarter.down), vec4<u32>(most.y)),
     );
 #else
 #ifdef LADDER
-    let step = max(coefficients(speed.across, 0u), coefficients(speed.down, 0u));
+    let step = max(entries(speed.across, 0u), entries(speed.down, 0u));
     // 1x1, 2x1, 2x2, 4x2, 4x4
     let code = (vec4<u32>(0xa9540u) >> (min(step, vec4<u32>(4u)) * 4u)) & vec4<u32>(15u);
     return Logs(min(code >> vec4<u32>(2u), vec4<u32>(most.x)), min(code & vec4<u32>(3u), vec4<u32>(most.y)));

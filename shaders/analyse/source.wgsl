@@ -44,6 +44,19 @@ fn still_source(p: vec2<u32>) -> vec2<u32> {
     return min(position_of(p) >> vec2<u32>(8u), params.previous - 1u);
 }
 
+// The same of three columns, and of a row.
+fn still_columns(x: vec3<u32>) -> vec3<u32> {
+    return vec3<u32>(
+        still_source(vec2<u32>(x.x, 0u)).x,
+        still_source(vec2<u32>(x.y, 0u)).x,
+        still_source(vec2<u32>(x.z, 0u)).x,
+    );
+}
+
+fn still_row(y: u32) -> u32 {
+    return still_source(vec2<u32>(0u, y)).y;
+}
+
 #ifdef DEPTH
 fn inverse_depth(value: f32) -> u32 {
     return inverse_distance(value, params.depth_offset, params.reversed_z != 0u);

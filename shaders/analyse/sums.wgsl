@@ -3,7 +3,12 @@
 
 #import vrcs::analyse::params::{params, ONE}
 #import vrcs::analyse::fixed::luma
+#ifdef DIRECT
+#import vrcs::analyse::pictures
+#import vrcs::analyse::source
+#else
 #import vrcs::analyse::cells::{cells, slot_of, ROW, PLANE, PICTURE, ODD}
+#endif
 
 struct Sums {
     across: vec4<u32>,
@@ -21,10 +26,62 @@ struct Line {
     right: vec3<u32>,
 }
 
+#ifdef DIRECT
+// Where the six pixels of each line are, in the previous picture; and whether they lie in three words side by side.
+struct Columns {
+    left: vec3<u32>,
+    right: vec3<u32>,
+    is_plain: bool,
+}
+
+fn columns_of(quad: vec2<u32>) -> Columns {
+    let first = i32(quad.x * 2u);
+    let last = vec3<i32>(i32(params.size.x) - 1);
+    let left = vec3<u32>(clamp(vec3<i32>(first - 1, first + 1, first + 3), vec3<i32>(0), last));
+    let right = vec3<u32>(min(vec3<i32>(first, first + 2, first + 4), last));
+    let is_same = params.ratio.x == (1u << 24u);
+    var columns = Columns(left, right, is_same && first > 0 && first + 4 <= last.x);
+    if !columns.is_plain {
+        columns.left = source::still_columns(left);
+        columns.right = source::still_columns(right);
+    }
+    return columns;
+}
+
+// Straight from the picture: eight bits a pixel are read faster than they are shared.
+fn line_at(columns: Columns, y: i32, picture: u32) -> Line {
+    let row = source::still_row(u32(clamp(y, 0, i32(params.size.y) - 1))) * params.luma_pitch;
+    var left: vec3<u32>;
+    var right: vec3<u32>;
+    if columns.is_plain {
+        let at = row + (columns.right.x >> 2u);
+        let before = pictures::word_at(at - 1u, picture);
+        let here = pictures::word_at(at, picture);
+        let behind = pictures::word_at(at + 1u, picture);
+        left = vec3<u32>(before >> 24u, (here >> 8u) & 255u, here >> 24u);
+        right = vec3<u32>(here & 255u, (here >> 16u) & 255u, behind & 255u);
+    } else {
+        let l = columns.left;
+        let r = columns.right;
+        left = vec3<u32>(
+            pictures::code_in(pictures::word_at(row + (l.x >> 2u), picture), l.x),
+            pictures::code_in(pictures::word_at(row + (l.y >> 2u), picture), l.y),
+            pictures::code_in(pictures::word_at(row + (l.z >> 2u), picture), l.z),
+        );
+        right = vec3<u32>(
+            pictures::code_in(pictures::word_at(row + (r.x >> 2u), picture), r.x),
+            pictures::code_in(pictures::word_at(row + (r.y >> 2u), picture), r.y),
+            pictures::code_in(pictures::word_at(row + (r.z >> 2u), picture), r.z),
+        );
+    }
+    return Line(pictures::luma_of_codes(left), pictures::luma_of_codes(right));
+}
+#else
 fn line_at(at: u32) -> Line {
     let words = vec3<u32>(cells[at], cells[at + ODD], cells[at + 1u]);
     return Line(words & vec3<u32>(0xffffu), words >> vec3<u32>(16u));
 }
+#endif
 
 // A difference as it is summed. What is squared needs no sign.
 fn strength(a: vec3<u32>, b: vec3<u32>) -> vec3<u32> {
@@ -57,7 +114,18 @@ fn by_window(upper: vec3<u32>, lower: vec3<u32>) -> vec4<u32> {
     return vec4<u32>(upper.xy + upper.yz, lower.xy + lower.yz);
 }
 
-fn sums_of(block: vec2<u32>, picture: u32) -> Sums {
+// The sums of four quads, of which the first is given, and the block's place in the tile.
+fn sums_of(quad: vec2<u32>, block: vec2<u32>, picture: u32) -> Sums {
+#ifdef DIRECT
+    let columns = columns_of(quad);
+    let y = i32(quad.y * 2u) - 1;
+    let a = line_at(columns, y, picture);
+    let b = line_at(columns, y + 1, picture);
+    let c = line_at(columns, y + 2, picture);
+    let d = line_at(columns, y + 3, picture);
+    let e = line_at(columns, y + 4, picture);
+    let f = line_at(columns, y + 5, picture);
+#else
     let at = picture * PICTURE + block.y * 4u * ROW + block.x;
     let a = line_at(at);
     let b = line_at(at + ROW);
@@ -65,6 +133,7 @@ fn sums_of(block: vec2<u32>, picture: u32) -> Sums {
     let d = line_at(at + 3u * ROW);
     let e = line_at(at + 4u * ROW);
     let f = line_at(at + 5u * ROW);
+#endif
     let across_middle = across(c, d);
     let down_middle = down(c, d);
     let light_middle = light(c, d);
@@ -192,7 +261,7 @@ fn window(corner: vec2<u32>, picture: u32) -> vec3<u32> {
     return sums;
 }
 
-fn sums_of(block: vec2<u32>, picture: u32) -> Sums {
+fn sums_of(quad: vec2<u32>, block: vec2<u32>, picture: u32) -> Sums {
     let corner = block * 4u;
     let a = window(corner, picture);
     let b = window(corner + vec2<u32>(2u, 0u), picture);

@@ -91,27 +91,43 @@ impl Mag {
         }
     }
 
-    /// Whether this is less: exact, for mantissas of up to 30 bits.
-    pub fn is_less(self, other: Mag) -> bool {
-        let (a, b) = (u64::from(self.m), u64::from(other.m));
-        let apart = self.e - other.e;
-        match apart >= 0 {
-            true => a << apart.min(31) < b || a == 0 && b > 0,
-            false => b << (-apart).min(31) > a,
+    /// A whole number, exact: its mantissa may have 32 bits, so it can be compared, not multiplied.
+    pub fn whole(x: u32) -> Mag {
+        Mag { m: x, e: 0 }
+    }
+
+    /// At most 1 / `x`, by a factor of at least 1 − 2^-14; of 0 as of 1.
+    pub fn inverse(x: u32) -> Mag {
+        let inverse = (1u64 << 62) / u64::from(x.max(1));
+        let shift = 49u32.saturating_sub(inverse.leading_zeros());
+        Mag {
+            m: (inverse >> shift) as u32,
+            e: shift as i32 - 62,
         }
     }
 
-    /// In one word, as tables and parameters have it: the mantissa in the low 16 bits, the exponent above them.
+    /// Whether this is less: `a · 2^d < b` is `a < b / 2^d`, rounded up. Exact for mantissas of 30 bits on the right, and of 32 on the
+    /// left unless the right is above 2^31 times as much; then it may say no.
+    pub fn is_less(self, other: Mag) -> bool {
+        let apart = self.e - other.e;
+        let (over, under) = (apart.clamp(0, 30), (-apart).clamp(0, 31));
+        self.m >> under < (other.m + (1 << over) - 1) >> over
+    }
+
+    /// In one word, as tables and parameters have it: the mantissa in the low 16 bits, the exponent above them, from -512 up.
     pub fn packed(self) -> u32 {
-        debug_assert!(self.m <= 1 << 15 && (0..256).contains(&self.e), "{self:?}");
-        self.m | (self.e as u32) << 16
+        debug_assert!(
+            self.m <= 1 << 15 && (-512..512).contains(&self.e),
+            "{self:?}"
+        );
+        self.m | ((self.e + 512) as u32) << 16
     }
 
     /// What [`packed`](Mag::packed) made a word of.
     pub fn unpacked(word: u32) -> Mag {
         Mag {
             m: word & 0xffff,
-            e: (word >> 16) as i32,
+            e: (word >> 16) as i32 - 512,
         }
     }
 }
@@ -192,7 +208,12 @@ mod tests {
             assert!(
                 up <= exact * (1.0 + 0.5f64.powi(14)) && down >= exact * (1.0 - 0.5f64.powi(14))
             );
+            let inverse = value(Mag::inverse(a)) * exact.max(1.0);
+            assert!(inverse <= 1.0 && inverse >= 1.0 - 0.5f64.powi(14), "{a}");
+            assert_eq!(Mag::unpacked(Mag::inverse(a).packed()), Mag::inverse(a));
             for b in numbers {
+                let (x, y) = (Mag::whole(a), Mag::below(b));
+                assert_eq!(x.is_less(y), exact < value(y), "{a} < {b}");
                 for shift in [-40, -17, -16, -1, 0, 1, 16, 17, 40] {
                     let (x, y) = (Mag::above(a).scaled(shift), Mag::below(b));
                     assert_eq!(x.is_less(y), value(x) < value(y), "{a} << {shift} < {b}");

@@ -272,10 +272,12 @@ impl Numbers for Integers<'_> {
             Norm::L1 | Norm::LInf => base,
             Norm::L2 | Norm::Root => base.times_below(base),
         };
-        let error = Mag::above(window.errors[axis]);
-        let limit = params::limit(reach, self.tolerance(place, again), content);
-        let error = error.product(Mag::unpacked(self.tables[entry]));
-        error.is_less(base.product(limit))
+        let entry = Mag::unpacked(self.tables[entry]);
+        let limit = match params::has_fixed_limits(self.settings) {
+            true => entry,
+            false => params::limit(reach, self.tolerance(place, again), content).times_below(entry),
+        };
+        Mag::whole(window.errors[axis]).is_less(base.product(limit))
     }
 
     fn mean(&self, windows: &[Window]) -> Window {

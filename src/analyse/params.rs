@@ -116,26 +116,9 @@ impl Params {
     pub fn new(settings: &Settings, inputs: &Frame) -> Params {
         let [width, height] = inputs.size;
         let content = &settings.content;
-        let threshold = Mag::below(fixed::factor(content.threshold));
-        let reach = |log2: u8| -> [Mag; 4] {
-            let factors: [u32; 4] = std::array::from_fn(|had| match (settings.stability, had) {
-                (Stability::None, _) | (_, 3) => fixed::FACTOR_ONE,
-                (Stability::Compensate, had) => {
-                    fixed::factor(hysteresis::swell(content, had as u8))
-                }
-                (Stability::Hysteresis, had) => {
-                    let epsilon = hysteresis::epsilon(content, log2);
-                    match had as u8 >= log2 {
-                        true => fixed::factor(1.0 + epsilon),
-                        false => fixed::factor(1.0 - epsilon),
-                    }
-                }
-            });
-            factors.map(|factor| threshold.times_below(Mag::below(factor)))
-        };
-        let reaches = [reach(1), reach(2)];
         let tolerance = fixed::factor(curve(&settings.overshoot, inputs.resolution_scale));
-        let limits = reaches.map(|of| of.map(|reach| limit(reach, tolerance, content).packed()));
+        let reaches = reaches(settings);
+        let limits = limits_everywhere(settings, inputs.resolution_scale);
         let mut motion = settings.motion.unwrap_or_default();
         if inputs.cameras.is_some() {
             // what follows from cameras is in pixels
@@ -170,8 +153,8 @@ impl Params {
             }),
             reach_half: reaches[0].map(Mag::packed),
             reach_quarter: reaches[1].map(Mag::packed),
-            limit_half: limits[0],
-            limit_quarter: limits[1],
+            limit_half: limits[0].map(Mag::packed),
+            limit_quarter: limits[1].map(Mag::packed),
             ambient: units(content.ambient),
             sensitivity: match content.form {
                 Form::Window | Form::Absolute => 0,
@@ -220,16 +203,54 @@ pub fn limit(reach: Mag, tolerance: u32, content: &Content) -> Mag {
     }
 }
 
-/// What an error is multiplied by before it is compared, rounded up: b as a factor, squared where errors are, with all powers of two by
-/// which the units of the two sides differ.
-fn coefficient(b: u32, content: &Content) -> Mag {
-    let b = Mag::above(b);
+/// What a limit is multiplied by for motion, rounded down: 1 / b, squared where errors are, with all powers of two by which the units of
+/// errors and bases differ.
+fn blurred(b: u32, content: &Content) -> Mag {
+    let b = Mag::inverse(b);
     match content.norm {
-        Norm::L1 | Norm::LInf => b.scaled(3 + 24),
+        Norm::L1 | Norm::LInf => b.scaled(-3 - 24),
         // the mean of halves against the square of the threshold
-        Norm::Root => b.times_above(b).scaled(integer::root_shift(content.form)),
-        Norm::L2 => b.times_above(b).scaled(6 + 48),
+        Norm::Root => b.times_below(b).scaled(-integer::root_shift(content.form)),
+        Norm::L2 => b.times_below(b).scaled(-6 - 48),
     }
+}
+
+/// Whether, where there is motion, what bases are multiplied by hangs on nothing but speed, so that the table has all of it: no previous
+/// rates, no tolerance of the place, no second look.
+pub(crate) fn has_fixed_limits(settings: &Settings) -> bool {
+    settings.motion.is_some()
+        && settings.stability == Stability::None
+        && settings.safe_area.is_none()
+        && settings.foveation.is_none()
+        && settings.materials.is_none()
+        && settings.half_rate.is_none()
+}
+
+/// t times the factor of stability, after a previous 1, 2, 4, and no known one: for the half rate and the quarter rate.
+fn reaches(settings: &Settings) -> [[Mag; 4]; 2] {
+    let content = &settings.content;
+    let threshold = Mag::below(fixed::factor(content.threshold));
+    [1u8, 2].map(|log2| {
+        let factors: [u32; 4] = std::array::from_fn(|had| match (settings.stability, had) {
+            (Stability::None, _) | (_, 3) => fixed::FACTOR_ONE,
+            (Stability::Compensate, had) => fixed::factor(hysteresis::swell(content, had as u8)),
+            (Stability::Hysteresis, had) => {
+                let epsilon = hysteresis::epsilon(content, log2);
+                match had as u8 >= log2 {
+                    true => fixed::factor(1.0 + epsilon),
+                    false => fixed::factor(1.0 - epsilon),
+                }
+            }
+        });
+        factors.map(|factor| threshold.times_below(Mag::below(factor)))
+    })
+}
+
+/// Limits under the tolerance that holds everywhere.
+fn limits_everywhere(settings: &Settings, resolution_scale: f64) -> [[Mag; 4]; 2] {
+    let tolerance = fixed::factor(curve(&settings.overshoot, resolution_scale));
+    let content = &settings.content;
+    reaches(settings).map(|of| of.map(|reach| limit(reach, tolerance, content)))
 }
 
 fn units(value: f64) -> u32 {
@@ -256,8 +277,9 @@ pub fn linear_code(code: u8, transfer: Transfer) -> u32 {
     (value * f64::from(fixed::ONE)).round() as u32
 }
 
-/// The table buffer: linear light of 8-bit codes; over speed, two words: what errors are multiplied by for the half and the quarter rate,
-/// packed ([`Mag::packed`]), or where motion alone decides what [`motion::table`] has; tolerance over squared distance.
+/// The table buffer: linear light of 8-bit codes; over speed, two words, for the half and the quarter rate: what limits are multiplied by,
+/// or that times the limits if they are everywhere the same, packed ([`Mag::packed`]), or where motion alone decides what
+/// [`motion::table`] has; tolerance over squared distance.
 pub fn tables(settings: &Settings, is_sqrt_luma: bool, resolution_scale: f64) -> Vec<u32> {
     let content = &settings.content;
     let codes = (0..256).map(|code| match is_sqrt_luma {
@@ -272,10 +294,16 @@ pub fn tables(settings: &Settings, is_sqrt_luma: bool, resolution_scale: f64) ->
     let blur = settings.motion.map(|motion| motion.blur);
     let is_motion_only = matches!(blur, Some(Blur::Standalone { .. } | Blur::Ladder(_)));
     let speeds = motion::table(blur, content.threshold, content.k);
+    let limits = limits_everywhere(settings, resolution_scale).map(|limits| limits[0]);
+    let is_fixed = has_fixed_limits(settings);
     let speeds = speeds.into_iter().flat_map(|entry| {
-        [entry & 0xffff, entry >> 16].map(|b| match is_motion_only {
-            true => b,
-            false => coefficient(b, content).packed(),
+        [0, 1].map(|rate: usize| {
+            let b = (entry >> (16 * rate)) & 0xffff;
+            match (is_motion_only, is_fixed) {
+                (true, _) => b,
+                (false, true) => limits[rate].times_below(blurred(b, content)).packed(),
+                (false, false) => blurred(b, content).packed(),
+            }
         })
     });
     codes.chain(speeds).chain(falloff).collect()

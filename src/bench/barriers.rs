@@ -6,11 +6,11 @@ use vrcs_passes::{
 };
 
 use super::{
-    Bench, BenchError, Row, parts,
+    BenchError, Lab, Row,
     stage::{self, Inputs},
-    timer::{Contender, measure},
+    timer::Contender,
 };
-use crate::{Rate, check::gpu::Gpu};
+use crate::Rate;
 
 const TEXT: &str = include_str!(concat!(
     env!("CARGO_MANIFEST_DIR"),
@@ -18,7 +18,8 @@ const TEXT: &str = include_str!(concat!(
 ));
 
 /// The time over the author's, at most the share of subgroups that stay and 0.05; beside it the masked form, which retires none.
-pub(super) fn rows(bench: &Bench, gpu: &Gpu) -> Result<Vec<Row>, BenchError> {
+pub(super) fn rows(lab: &Lab) -> Result<Vec<Row>, BenchError> {
+    let Lab { bench, gpu, .. } = lab;
     let [width, height] = bench.size;
     let inputs = Inputs::new(bench, gpu, bench.lights.next_multiple_of(64));
     let original = stage::original(gpu, TEXT, "batches");
@@ -37,8 +38,8 @@ pub(super) fn rows(bench: &Bench, gpu: &Gpu) -> Result<Vec<Row>, BenchError> {
     let masked = form(Barriers::Mask)?;
     let mut rows = Vec::new();
     for share in [0.25, 0.5, 0.75] {
-        let sri = stage::random(bench.size, share);
-        let built = stage::built(gpu, &sri, bench.size, Rate::R2X2, FullTiles::Promote)?;
+        let sri = |seed| stage::random(bench.size, share, seed);
+        let built = stage::built(lab, sri, Rate::R2X2, FullTiles::Promote)?;
         let contenders = [
             Contender::new("original", |pass, round| {
                 pass.set_pipeline(&original.pipeline);
@@ -47,26 +48,21 @@ pub(super) fn rows(bench: &Bench, gpu: &Gpu) -> Result<Vec<Row>, BenchError> {
             }),
             Contender::new("split", |pass, round| {
                 pass.set_bind_group(0, &split.1[round % split.1.len()], &[]);
-                split.0.dispatch(pass, &built.view);
+                split.0.dispatch(pass, built.view(round));
             }),
             Contender::new("masked", |pass, round| {
                 pass.set_bind_group(0, &masked.1[round % masked.1.len()], &[]);
-                masked.0.dispatch(pass, &built.view);
+                masked.0.dispatch(pass, built.view(round));
             }),
         ];
-        let times = measure(gpu, bench.rounds, &contenders)?;
+        let measured = lab.measure(&contenders)?;
         let name = format!(
             "barriers, {:.0} % primary, {:.1} % of the subgroups stay",
             100.0 * built.primaries,
             100.0 * built.waves
         );
-        let value = times[1].median / times[0].median;
-        rows.push(Row::ratio(
-            name,
-            value,
-            built.waves + 0.05,
-            parts(&contenders, &times),
-        ));
+        let value = measured.of(1) / measured.of(0);
+        rows.push(Row::ratio(name, value, built.waves + 0.05, measured));
     }
     Ok(rows)
 }

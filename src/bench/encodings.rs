@@ -6,9 +6,9 @@
 use vrcs_passes::options::Mode;
 
 use super::{
-    Bench, BenchError, Part, Row, own,
+    Bench, BenchError, Lab, Measured, Row, own,
     stage::{self, Inputs, group},
-    timer::{Contender, Times, measure},
+    timer::Contender,
 };
 use crate::{
     Rate, View,
@@ -168,34 +168,36 @@ impl Kernels {
 }
 
 /// Time of build and passes over that of 32-bit entries, for each other encoding; no goal, but the smaller the better.
-pub(super) fn rows(bench: &Bench, gpu: &Gpu) -> Result<Vec<Row>, BenchError> {
+pub(super) fn rows(lab: &Lab) -> Result<Vec<Row>, BenchError> {
+    let Lab { bench, gpu, .. } = lab;
     let size = bench.size.map(|side| (side / 16).max(1) * 16);
     let whole = Bench {
         size,
-        ..bench.clone()
+        ..(*bench).clone()
     };
     let mut rows = Vec::new();
     for (what, sri) in [
-        ("random, 50 % primary", stage::random(size, 0.5)),
-        ("natural", stage::natural(size)),
+        ("random, 50 % primary", stage::random(size, 0.5, 0)),
+        ("natural", stage::natural(size, 0)),
     ] {
         for lights in LIGHTS {
             let inputs = Inputs::new(&whole, gpu, lights);
-            rows.extend(compare(&whole, gpu, &inputs, &sri, lights, what)?);
+            rows.extend(compare(lab, size, &inputs, &sri, lights, what)?);
         }
     }
     Ok(rows)
 }
 
 fn compare(
-    bench: &Bench,
-    gpu: &Gpu,
+    lab: &Lab,
+    size: [u32; 2],
     inputs: &Inputs,
     sri: &Sri,
     lights: u32,
     what: &str,
 ) -> Result<Vec<Row>, BenchError> {
-    let [width, height] = bench.size;
+    let gpu = lab.gpu;
+    let [width, height] = size;
     let frame = [
         width,
         height,
@@ -214,7 +216,7 @@ fn compare(
         .iter()
         .map(|encoding| {
             let buffers = [&frame, &rates, &partings];
-            Kernels::new(gpu, encoding, bench.size, inputs, buffers)
+            Kernels::new(gpu, encoding, size, inputs, buffers)
         })
         .collect();
     gpu.check()?;
@@ -229,30 +231,24 @@ fn compare(
             |pass, round| of.record_pass(pass, round),
         ));
     }
-    let times = measure(gpu, bench.rounds, &contenders)?;
+    let measured = lab.measure(&contenders)?;
     let frame_of = |index: usize, passes: u32| {
-        times[2 * index].median + f64::from(passes) * times[2 * index + 1].median
+        measured.of(2 * index) + f64::from(passes) * measured.of(2 * index + 1)
     };
     let mut rows = Vec::new();
     for (index, of) in kernels.iter().enumerate().skip(1) {
         for passes in PASSES {
-            let part = |name: &str, times: Times| Part::new(name, times);
-            let mut row = Row::ratio(
-                format!(
-                    "encodings, {what}, {lights} lights, build and {passes} passes: {} over {}",
-                    of.name, kernels[0].name
-                ),
-                frame_of(index, passes) / frame_of(0, passes),
-                1.0,
-                vec![
-                    part("its build", times[2 * index]),
-                    part("its pass", times[2 * index + 1]),
-                    part("build", times[0]),
-                    part("pass", times[1]),
-                ],
+            let parts = [2 * index, 2 * index + 1, 0, 1].map(|part| measured.parts[part].clone());
+            let seen = Measured {
+                parts: parts.to_vec(),
+                drift: measured.drift,
+            };
+            let name = format!(
+                "encodings, {what}, {lights} lights, build and {passes} passes: {} over {}",
+                of.name, kernels[0].name
             );
-            row.met = None;
-            rows.push(row);
+            let value = frame_of(index, passes) / frame_of(0, passes);
+            rows.push(Row::ratio(name, value, 1.0, seen).unjudged());
         }
     }
     Ok(rows)
@@ -307,7 +303,8 @@ fn check_pictures(gpu: &Gpu, kernels: &[Kernels], inputs: &Inputs) -> Result<(),
 type Asked = (&'static str, BuildOptions);
 
 /// Microseconds of the coordinate build, by what is asked of it and by the rates; no goals here.
-pub(super) fn builds(bench: &Bench, gpu: &Gpu) -> Result<Vec<Row>, BenchError> {
+pub(super) fn builds(lab: &Lab) -> Result<Vec<Row>, BenchError> {
+    let Lab { bench, gpu, .. } = lab;
     let of = |modes: &[Mode]| BuildOptions {
         modes: modes
             .iter()
@@ -339,8 +336,8 @@ pub(super) fn builds(bench: &Bench, gpu: &Gpu) -> Result<Vec<Row>, BenchError> {
     let size = bench.size;
     let mut rows = Vec::new();
     for (what, sri) in [
-        ("random, 50 % primary", stage::random(size, 0.5)),
-        ("natural", stage::natural(size)),
+        ("random, 50 % primary", stage::random(size, 0.5, 0)),
+        ("natural", stage::natural(size, 0)),
         ("all 2x2", Sri::uniform(size[0], size[1], Rate::R2X2)),
         ("all 1x1", Sri::uniform(size[0], size[1], Rate::R1X1)),
     ] {
@@ -355,16 +352,15 @@ pub(super) fn builds(bench: &Bench, gpu: &Gpu) -> Result<Vec<Row>, BenchError> {
             .iter()
             .map(|(name, view)| Contender::new(*name, |pass, _| view.build_in(pass)))
             .collect();
-        let times = measure(gpu, bench.rounds, &contenders)?;
-        for ((name, _), times) in views.iter().zip(&times) {
-            let mut row = Row::microseconds(
-                format!("build, {what}: {name}"),
-                times.median * 1e3,
-                0.0,
-                vec![Part::new("build", *times)],
-            );
-            row.met = None;
-            rows.push(row);
+        let measured = lab.measure(&contenders)?;
+        for (part, (name, _)) in measured.parts.iter().zip(&views) {
+            let seen = Measured {
+                parts: vec![part.clone()],
+                drift: measured.drift,
+            };
+            let name = format!("build, {what}: {name}");
+            let value = part.milliseconds * 1e3;
+            rows.push(Row::microseconds(name, value, 0.0, seen).unjudged());
         }
     }
     Ok(rows)

@@ -1,15 +1,17 @@
-//! Rows of the runtime's own stages, each against a kernel that only moves what it has to move.
+//! Rows of the runtime's own stages, each against kernels that only move what it has to move: the fastest of several shapes.
 
 use vrcs_passes::options::Mode;
 use wgpu::BindingResource::TextureView;
 
 use super::{
-    Bench, BenchError, Row, own, parts,
-    stage::{self, copies, group, noise, whole},
-    timer::{Contender, measure},
+    BenchError, Lab, Row,
+    floors::{Floor, Floors},
+    own,
+    stage::{self, Content, copies, texture, whole},
+    timer::Contender,
 };
 use crate::{
-    Plan, Rate, Scene, View,
+    Plan, Scene, View,
     analyse::{
         Analysis, Frame, Settings,
         gpu::BoundAnalysis,
@@ -27,118 +29,99 @@ use crate::{
     sri::{Sri, SriLayout},
 };
 
-const FLOORS: &str = include_str!(concat!(
-    env!("CARGO_MANIFEST_DIR"),
-    "/shaders/bench/floors.wgsl"
-));
-
 /// Half the pixels coarse, by quads.
 const COARSE: f64 = 0.5;
 
-/// Everything that runs beside a renderer's passes, on rotated inputs of one size.
-struct Machinery {
-    size: [u32; 2],
+/// What runs beside a renderer's passes where the previous picture is had as √luma. Everything is there in as many copies as more than
+/// 200 MB take, and rotated.
+pub(super) struct Machinery {
+    pub(super) size: [u32; 2],
     frame: Frame,
-    colours: Vec<wgpu::TextureView>,
-    motions: Vec<wgpu::TextureView>,
-    by_colour: (Analysis, Vec<BoundAnalysis>),
+    pub(super) lumas: Vec<wgpu::Buffer>,
     by_luma: (Analysis, Vec<BoundAnalysis>),
-    attacher: (Attacher, BoundAttacher),
-    view: View,
-    primaries: f64,
+    pub(super) views: Vec<View>,
+    pub(super) primaries: f64,
     deblocker: Deblocker,
     deblocked: Vec<deblock::Bound>,
+    pub(super) pictures: Vec<wgpu::TextureView>,
+}
+
+/// The analysis where it is had as colour, with motion, and an attachment's image is wanted too.
+pub(super) struct Colours {
+    size: [u32; 2],
+    frame: Frame,
+    pub(super) colours: Vec<wgpu::TextureView>,
+    pub(super) motions: Vec<wgpu::TextureView>,
+    by_colour: (Analysis, Vec<BoundAnalysis>),
+    attacher: (Attacher, Vec<BoundAttacher>),
+}
+
+fn of<T>(all: &[T], round: usize) -> &T {
+    &all[round % all.len()]
+}
+
+/// Rates that are written and not looked at.
+fn rates(gpu: &Gpu, size: [u32; 2]) -> wgpu::Buffer {
+    let bytes = SriLayout::new(size[0], size[1]).bytes() as usize;
+    gpu.buffer("rates", &vec![0; bytes], wgpu::BufferUsages::STORAGE)
+}
+
+fn settings() -> Settings {
+    Settings {
+        smoothing: Smoothing::None,
+        ..Settings::default()
+    }
 }
 
 impl Machinery {
-    fn new(bench: &Bench, gpu: &Gpu, size: [u32; 2]) -> Result<Machinery, BenchError> {
+    pub(super) fn new(lab: &Lab, size: [u32; 2]) -> Result<Machinery, BenchError> {
+        let Lab { bench, gpu, .. } = lab;
         let device = &gpu.device;
         let [width, height] = size;
-        let count = copies(bench, u64::from(width) * u64::from(height) * 8);
-        let pictures = |format, seed: u64| -> Vec<wgpu::TextureView> {
-            let made = (0..count as u64).map(|i| whole(&noise(gpu, size, format, seed + i)));
-            made.collect()
-        };
-        let colours = pictures(wgpu::TextureFormat::Rgba8Unorm, 0);
-        let motions = pictures(wgpu::TextureFormat::Rg16Float, 100);
-        let sri = SriLayout::new(width, height);
-        let rates = || {
-            let empty = vec![0; sri.bytes() as usize];
-            gpu.buffer("rates", &empty, wgpu::BufferUsages::STORAGE)
-        };
-        let (scratch, attached) = (rates(), rates());
-
-        let settings = Settings {
-            smoothing: Smoothing::None,
-            ..Settings::default()
-        };
         let frame = Frame::of_size(size);
-        let moving = Settings {
-            motion: Some(Motion::default()),
-            ..settings.clone()
-        };
-        let scene = Scene {
-            motion: true,
-            attachment: true,
-            ..Scene::default()
-        };
-        let given = (0..count)
-            .map(|i| {
-                vec![
-                    (Binding::Rates, scratch.as_entire_binding()),
-                    (Binding::Attachment, attached.as_entire_binding()),
-                    (Binding::Colour, TextureView(&colours[i])),
-                    (Binding::Motion, TextureView(&motions[i])),
-                ]
-            })
-            .collect();
-        let by_colour = analysis(gpu, &scene, &moving, &frame, given)?;
-        let lumas: Vec<wgpu::Buffer> = (0..count)
+        let row = luma_pitch(width) / 4;
+        let bytes = u64::from(row) * u64::from(height) * 4;
+        let lumas: Vec<wgpu::Buffer> = (0..copies(bench, bytes) as u64)
             .map(|seed| {
-                let mut random = fastrand::Rng::with_seed(seed as u64);
-                let words = luma_pitch(width) / 4 * height;
-                let bytes: Vec<u32> = (0..words).map(|_| random.u32(..)).collect();
+                let words = stage::words([row, height], Content::Picture, seed);
                 let storage = wgpu::BufferUsages::STORAGE;
-                gpu.buffer("luma", bytemuck::cast_slice(&bytes), storage)
+                gpu.buffer("luma", bytemuck::cast_slice(&words), storage)
             })
             .collect();
         let scene = Scene {
             colour: ColourForm::SqrtLuma,
             ..Scene::default()
         };
-        let given = lumas
-            .iter()
-            .map(|luma| {
-                vec![
-                    (Binding::Rates, scratch.as_entire_binding()),
-                    (Binding::Colour, luma.as_entire_binding()),
-                ]
-            })
-            .collect();
-        let by_luma = analysis(gpu, &scene, &settings, &frame, given)?;
+        let scratch: Vec<wgpu::Buffer> = lumas.iter().map(|_| rates(gpu, size)).collect();
+        let given = lumas.iter().zip(&scratch).map(|(luma, scratch)| {
+            vec![
+                (Binding::Rates, scratch.as_entire_binding()),
+                (Binding::Colour, luma.as_entire_binding()),
+            ]
+        });
+        let by_luma = analysis(gpu, &scene, &settings(), &frame, given.collect())?;
 
-        let attacher = Attacher::new(
-            device,
-            AttachOptions {
-                tile: Tile::T8,
-                encoding: Encoding::D3d12,
-                support: Support::d3d12(AdditionalRates::Yes),
-                samples: Samples::X1,
-            },
-        );
-        let image = attacher.buffer(device, size);
-        let bound = attacher.bind(device, &attached, &image);
-        attacher.set_size(&gpu.queue, &bound, size);
-
-        let (view, primaries) = view(gpu, size)?;
+        // half the quads coarse: each has one primary of four
+        let primaries = 1.0 - 0.75 * COARSE;
+        let views = (0..stage::VIEWS)
+            .map(|seed| view(gpu, size, primaries, seed))
+            .collect::<Result<Vec<View>, BenchError>>()?;
         let options = deblock::Options::new(Picture::R32Uint(Packing::Rgba8Unorm));
         let deblocker = Deblocker::new(device, None, options).map_err(own)?;
-        let deblocked = (0..count as u64)
+        let count = copies(bench, u64::from(width) * u64::from(height) * 4);
+        let pictures: Vec<wgpu::TextureView> = (0..count as u64)
             .map(|seed| {
-                let picture = noise(gpu, size, wgpu::TextureFormat::R32Uint, 500 + seed);
+                let format = wgpu::TextureFormat::R32Uint;
+                whole(&texture(gpu, size, format, Content::Picture, 500 + seed))
+            })
+            .collect();
+        let deblocked = pictures
+            .iter()
+            .enumerate()
+            .map(|(index, picture)| {
                 let inputs = deblock::Inputs {
-                    picture: PictureInput::Texture(&whole(&picture)),
-                    rates: view.sri(),
+                    picture: PictureInput::Texture(picture),
+                    rates: of(&views, index).sri(),
                     depth: None,
                     surfaces: None,
                     luma: None,
@@ -153,44 +136,114 @@ impl Machinery {
         Ok(Machinery {
             size,
             frame,
-            colours,
-            motions,
-            by_colour,
+            lumas,
             by_luma,
-            attacher: (attacher, bound),
-            view,
+            views,
             primaries,
             deblocker,
             deblocked,
+            pictures,
         })
     }
 
-    fn analyse_colour(&self, pass: &mut wgpu::ComputePass, round: usize) {
-        let (analysis, bound) = &self.by_colour;
-        analysis.record(pass, &bound[round % bound.len()], &self.frame);
-        self.attacher.0.record(pass, &self.attacher.1, self.size);
+    fn analyse(&self, pass: &mut wgpu::ComputePass, round: usize) {
+        let (analysis, bound) = &self.by_luma;
+        analysis.record(pass, of(bound, round), &self.frame);
     }
 
-    fn analyse_luma(&self, pass: &mut wgpu::ComputePass, round: usize) {
-        let (analysis, bound) = &self.by_luma;
-        analysis.record(pass, &bound[round % bound.len()], &self.frame);
+    fn build(&self, pass: &mut wgpu::ComputePass, round: usize) {
+        of(&self.views, round).build_in(pass);
     }
 
     fn deblock(&self, pass: &mut wgpu::ComputePass, round: usize) {
-        let bound = &self.deblocked[round % self.deblocked.len()];
-        self.deblocker.record_in(pass, bound);
+        self.deblocker.record_in(pass, of(&self.deblocked, round));
     }
 
-    fn by_luma_path(&self, pass: &mut wgpu::ComputePass, round: usize) {
-        self.analyse_luma(pass, round);
-        self.view.build_in(pass);
+    fn path(&self, pass: &mut wgpu::ComputePass, round: usize) {
+        self.analyse(pass, round);
+        self.build(pass, round);
         self.deblock(pass, round);
     }
+}
 
-    fn by_colour_path(&self, pass: &mut wgpu::ComputePass, round: usize) {
-        self.analyse_colour(pass, round);
-        self.view.build_in(pass);
-        self.deblock(pass, round);
+impl Colours {
+    pub(super) fn new(lab: &Lab, size: [u32; 2]) -> Result<Colours, BenchError> {
+        let Lab { bench, gpu, .. } = lab;
+        let [width, height] = size;
+        let frame = Frame::of_size(size);
+        let count = copies(bench, u64::from(width) * u64::from(height) * 8);
+        let pictures = |format, content| -> Vec<wgpu::TextureView> {
+            let made = (0..count as u64).map(|seed| texture(gpu, size, format, content, seed));
+            made.map(|texture| whole(&texture)).collect()
+        };
+        let colours = pictures(wgpu::TextureFormat::Rgba8Unorm, Content::Picture);
+        let motions = pictures(wgpu::TextureFormat::Rg16Float, Content::Motion);
+        let moving = Settings {
+            motion: Some(Motion::default()),
+            ..settings()
+        };
+        let scene = Scene {
+            motion: true,
+            attachment: true,
+            ..Scene::default()
+        };
+        let scratch: Vec<[wgpu::Buffer; 2]> = (0..count)
+            .map(|_| [rates(gpu, size), rates(gpu, size)])
+            .collect();
+        let given = (0..count)
+            .map(|i| {
+                vec![
+                    (Binding::Rates, scratch[i][0].as_entire_binding()),
+                    (Binding::Attachment, scratch[i][1].as_entire_binding()),
+                    (Binding::Colour, TextureView(&colours[i])),
+                    (Binding::Motion, TextureView(&motions[i])),
+                ]
+            })
+            .collect();
+        let by_colour = analysis(gpu, &scene, &moving, &frame, given)?;
+        let attacher = Attacher::new(
+            &gpu.device,
+            AttachOptions {
+                tile: Tile::T8,
+                encoding: Encoding::D3d12,
+                support: Support::d3d12(AdditionalRates::Yes),
+                samples: Samples::X1,
+            },
+        );
+        let bound = scratch
+            .iter()
+            .map(|[_, attached]| {
+                let image = attacher.buffer(&gpu.device, size);
+                let bound = attacher.bind(&gpu.device, attached, &image);
+                attacher.set_size(&gpu.queue, &bound, size);
+                bound
+            })
+            .collect();
+        Ok(Colours {
+            size,
+            frame,
+            colours,
+            motions,
+            by_colour,
+            attacher: (attacher, bound),
+        })
+    }
+
+    fn rates(&self, pass: &mut wgpu::ComputePass, round: usize) {
+        let (analysis, bound) = &self.by_colour;
+        analysis.record(pass, of(bound, round), &self.frame);
+    }
+
+    fn analyse(&self, pass: &mut wgpu::ComputePass, round: usize) {
+        self.rates(pass, round);
+        let (attacher, bound) = &self.attacher;
+        attacher.record(pass, of(bound, round), self.size);
+    }
+
+    fn path(&self, machinery: &Machinery, pass: &mut wgpu::ComputePass, round: usize) {
+        self.analyse(pass, round);
+        machinery.build(pass, round);
+        machinery.deblock(pass, round);
     }
 }
 
@@ -215,212 +268,102 @@ fn analysis(
     Ok((analysis, bound))
 }
 
-/// A view for both lists, half its pixels coarse, and its share of primaries.
-fn view(gpu: &Gpu, size: [u32; 2]) -> Result<(View, f64), BenchError> {
+/// A view for both lists, with quads coarse at random.
+fn view(gpu: &Gpu, size: [u32; 2], primaries: f64, seed: u64) -> Result<View, BenchError> {
     let options = BuildOptions {
         modes: Modes::NONE.with(Mode::Tiled).with(Mode::List),
         ..BuildOptions::default()
     };
     let view = View::new(&gpu.device, &gpu.queue, [size[0], size[1], 1], options).map_err(own)?;
-    // half the quads coarse: each has one primary of four
-    let primaries = 1.0 - 0.75 * COARSE;
-    let mut random = fastrand::Rng::with_seed(3);
-    let sri = Sri::from_fn(size[0], size[1], |_, _| match random.f64() < COARSE {
-        true => Rate::R2X2.code(),
-        false => Rate::R1X1.code(),
-    });
+    let sri: Sri = stage::random(size, primaries, seed);
     view.write_sri(&gpu.queue, &sri).map_err(own)?;
-    Ok((view, primaries))
+    Ok(view)
 }
 
-/// A floor's pipeline, and its bind groups.
-struct Floor {
-    pipeline: wgpu::ComputePipeline,
-    groups: Vec<wgpu::BindGroup>,
-    shape: [u32; 2],
-}
-
-impl Floor {
-    fn record(&self, pass: &mut wgpu::ComputePass, round: usize) {
-        pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, &self.groups[round % self.groups.len()], &[]);
-        pass.dispatch_workgroups(self.shape[0], self.shape[1], 1);
-    }
-}
-
-/// Makes a floor from the resources of each rotated copy.
-fn floor(
-    gpu: &Gpu,
-    entry: &str,
-    shape: [u32; 2],
-    given: Vec<Vec<(u32, wgpu::BindingResource)>>,
-) -> Floor {
-    let stage::Original { pipeline, layout } = stage::original(gpu, FLOORS, entry);
-    Floor {
-        groups: given
-            .iter()
-            .map(|resources| group(gpu, &layout, resources))
-            .collect(),
-        pipeline,
-        shape,
-    }
-}
-
-/// Each stage against its floor.
-pub(super) fn stages(bench: &Bench, gpu: &Gpu) -> Result<Vec<Row>, BenchError> {
-    let machinery = Machinery::new(bench, gpu, bench.size)?;
-    let floors = Floors::new(gpu, &machinery);
+/// Each stage against its floors.
+pub(super) fn stages(lab: &Lab) -> Result<Vec<Row>, BenchError> {
+    let machinery = Machinery::new(lab, lab.bench.size)?;
+    let colours = Colours::new(lab, lab.bench.size)?;
+    let floors = Floors::new(lab, &machinery, &colours);
     let mut rows = Vec::new();
-    let mut against = |name: &str, stage: Contender, floor: &Floor| -> Result<(), BenchError> {
-        let contenders = [
-            stage,
-            Contender::new("floor", |pass, round| floor.record(pass, round)),
-        ];
-        let times = measure(gpu, bench.rounds, &contenders)?;
-        let parts = parts(&contenders, &times);
-        let row = match name.contains("√luma") {
-            true => Row::microseconds(
-                name,
-                1e3 * times[0].median,
-                (1.25e3 * times[1].median).max(12.0),
-                parts,
-            ),
-            false => Row::ratio(name, times[0].median / times[1].median, 1.25, parts),
-        };
-        rows.push(row);
-        Ok(())
+    let with = |stages: Vec<Contender<'_>>, floors: &'_ [Floor]| {
+        let count = stages.len();
+        let mut contenders = stages;
+        for floor in floors {
+            contenders.push(Contender::new(floor.name, |pass, round| {
+                floor.record(pass, round)
+            }));
+        }
+        let all = contenders.len();
+        let measured = lab.measure(&contenders)?;
+        let floor = measured.shortest(count..all).1;
+        Ok::<_, BenchError>((measured, floor))
     };
-    let machinery = &machinery;
-    against(
-        "stage, analysis of colour and motion, with attachment",
-        Contender::new("analysis", |pass, round| {
-            machinery.analyse_colour(pass, round)
+
+    let stages = vec![
+        Contender::new("analysis", |pass, round| colours.analyse(pass, round)),
+        Contender::new("rates alone", |pass, round| colours.rates(pass, round)),
+    ];
+    let (measured, floor) = with(stages, &floors.read)?;
+    let name = "stage, analysis of colour and motion, with attachment";
+    rows.push(Row::ratio(name, measured.of(0) / floor, 1.25, measured));
+
+    let stages = vec![
+        Contender::new("analysis", |pass, round| machinery.analyse(pass, round)),
+        Contender::new("reads and writes", |pass, round| {
+            floors.luma.record(pass, round)
         }),
-        &floors.read,
-    )?;
-    against(
+    ];
+    let (measured, floor) = with(stages, std::slice::from_ref(&floors.empty))?;
+    let goal = (1.25e3 * floor).max(12.0);
+    rows.push(Row::microseconds(
         "stage, analysis of √luma",
-        Contender::new("analysis", |pass, round| {
-            machinery.analyse_luma(pass, round)
-        }),
-        &floors.empty,
-    )?;
-    against(
-        "stage, coordinate build, both lists",
-        Contender::new("build", |pass, _| machinery.view.build_in(pass)),
-        &floors.build,
-    )?;
-    against(
-        "stage, deblock, half the quads coarse",
-        Contender::new("deblock", |pass, round| machinery.deblock(pass, round)),
-        &floors.copy,
-    )?;
+        1e3 * measured.of(0),
+        goal,
+        measured,
+    ));
+
+    let stage = Contender::new("build", |pass, round| machinery.build(pass, round));
+    let (measured, floor) = with(vec![stage], &floors.build)?;
+    let name = "stage, coordinate build, both lists";
+    rows.push(Row::ratio(name, measured.of(0) / floor, 1.25, measured));
+
+    let stage = Contender::new("deblock", |pass, round| machinery.deblock(pass, round));
+    let (measured, floor) = with(vec![stage], &floors.copy)?;
+    let name = "stage, deblock, half the quads coarse";
+    rows.push(Row::ratio(name, measured.of(0) / floor, 1.25, measured));
     Ok(rows)
 }
 
-/// The floors of all stages.
-struct Floors {
-    read: Floor,
-    empty: Floor,
-    build: Floor,
-    copy: Floor,
-}
-
-impl Floors {
-    fn new(gpu: &Gpu, machinery: &Machinery) -> Floors {
-        let [width, height] = machinery.size;
-        let sri = SriLayout::new(width, height);
-        let uniform = |words: u32| {
-            let frame = [width, height, words, 0];
-            let usage = wgpu::BufferUsages::UNIFORM;
-            gpu.buffer("floor", bytemuck::cast_slice(&frame), usage)
-        };
-        let sri_words = sri.bytes() / 4;
-        // the primaries' words in both lists, spread over the words of rates
-        let primaries = machinery.primaries * f64::from(width) * f64::from(height);
-        let per_word = (2.0 * primaries / sri_words as f64).round() as u32;
-        let traffic = uniform(per_word);
-        let pitch = uniform(sri.pitch / 4);
-        let out = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("floor"),
-            size: (sri_words * u64::from(per_word.max(1)) * 4).max(16),
-            usage: wgpu::BufferUsages::STORAGE,
-            mapped_at_creation: false,
-        });
-        let target = whole(&noise(
-            gpu,
-            machinery.size,
-            wgpu::TextureFormat::Rgba8Unorm,
-            900,
-        ));
-        let words = sri_words.div_ceil(64) as u32;
-        let screen = [width.div_ceil(64), height.div_ceil(32)];
-        let both = machinery.colours.iter().zip(&machinery.motions);
-        let read = both.map(|(colour, motion)| {
-            vec![
-                (1, TextureView(colour)),
-                (2, TextureView(motion)),
-                (3, out.as_entire_binding()),
-            ]
-        });
-        let copy = machinery.colours.iter().map(|colour| {
-            vec![
-                (0, pitch.as_entire_binding()),
-                (1, TextureView(colour)),
-                (4, machinery.view.sri().as_entire_binding()),
-                (5, TextureView(&target)),
-            ]
-        });
-        let moved = vec![
-            (0, traffic.as_entire_binding()),
-            (3, out.as_entire_binding()),
-            (4, machinery.view.sri().as_entire_binding()),
-        ];
-        let nothing = vec![(3, out.as_entire_binding())];
-        Floors {
-            read: floor(gpu, "read_pictures", screen, read.collect()),
-            empty: floor(gpu, "empty", screen, vec![nothing]),
-            build: floor(
-                gpu,
-                "build_traffic",
-                [words.min(1024), words.div_ceil(1024)],
-                vec![moved],
-            ),
-            copy: floor(
-                gpu,
-                "copy_coarse",
-                [width.div_ceil(16), height.div_ceil(16)],
-                copy.collect(),
-            ),
-        }
-    }
-}
-
 /// All that a frame adds to a renderer's passes.
-pub(super) fn together(bench: &Bench, gpu: &Gpu) -> Result<Vec<Row>, BenchError> {
-    let machinery = Machinery::new(bench, gpu, bench.size)?;
-    let contenders = [
-        Contender::new("√luma path", |pass, round| {
-            machinery.by_luma_path(pass, round)
-        }),
-        Contender::new("colour and motion path", |pass, round| {
-            machinery.by_colour_path(pass, round);
-        }),
-    ];
-    let times = measure(gpu, bench.rounds, &contenders)?;
-    let parts = parts(&contenders, &times);
-    let row = |index: usize, goal| {
-        let name = format!("all machinery, {}", contenders[index].name);
-        let part = vec![parts[index].clone()];
-        Row::microseconds(name, 1e3 * times[index].median, goal, part)
-    };
-    Ok(vec![row(0, 45.0), row(1, 85.0)])
+pub(super) fn together(lab: &Lab) -> Result<Vec<Row>, BenchError> {
+    let machinery = Machinery::new(lab, lab.bench.size)?;
+    let colours = Colours::new(lab, lab.bench.size)?;
+    let luma = [Contender::new("√luma path", |pass, round| {
+        machinery.path(pass, round)
+    })];
+    let colour = [Contender::new("colour and motion path", |pass, round| {
+        colours.path(&machinery, pass, round);
+    })];
+    let mut rows = Vec::new();
+    for (contenders, goal) in [(&luma, 45.0), (&colour, 85.0)] {
+        let measured = lab.measure(contenders)?;
+        let name = format!("all machinery, {}", contenders[0].name);
+        rows.push(Row::microseconds(
+            name,
+            1e3 * measured.of(0),
+            goal,
+            measured,
+        ));
+    }
+    Ok(rows)
 }
 
 /// The cost over resolution: a + b · megapixels.
-pub(super) fn resolutions(bench: &Bench, gpu: &Gpu) -> Result<Vec<Row>, BenchError> {
+pub(super) fn resolutions(lab: &Lab) -> Result<Vec<Row>, BenchError> {
+    let Lab { bench, gpu, .. } = lab;
     let mut points = Vec::new();
-    let mut all = Vec::new();
+    let mut all: Option<super::Measured> = None;
     // 720p to 8K where the bench's size is 4K
     for (numerator, denominator) in [(1, 3), (1, 2), (2, 3), (1, 1), (2, 1)] {
         let size = bench
@@ -430,16 +373,20 @@ pub(super) fn resolutions(bench: &Bench, gpu: &Gpu) -> Result<Vec<Row>, BenchErr
         if size.iter().any(|&side| side > limit) {
             continue;
         }
-        let machinery = Machinery::new(bench, gpu, size)?;
-        let contenders = [Contender::new(
-            format!("{}x{}", size[0], size[1]),
-            |pass, round| machinery.by_luma_path(pass, round),
-        )];
-        let times = measure(gpu, bench.rounds, &contenders)?;
-        all.extend(parts(&contenders, &times));
+        let machinery = Machinery::new(lab, size)?;
+        let name = format!("{}x{}", size[0], size[1]);
+        let contender = Contender::new(name, |pass, round| machinery.path(pass, round));
+        let measured = lab.measure(&[contender])?;
         let megapixels = f64::from(size[0]) * f64::from(size[1]) / 1e6;
-        points.push([megapixels, 1e3 * times[0].median]);
+        points.push([megapixels, 1e3 * measured.of(0)]);
+        all = Some(match all {
+            Some(before) => before.and(measured),
+            None => measured,
+        });
     }
+    let Some(all) = all else {
+        return Err(own("no size fits this device"));
+    };
     let [a, b] = fit(&points);
     let worst = points
         .iter()
@@ -447,14 +394,19 @@ pub(super) fn resolutions(bench: &Bench, gpu: &Gpu) -> Result<Vec<Row>, BenchErr
         .fold(0.0, f64::max);
     // analysis, build, its end, deblock
     let dispatches = 4.0;
+    let name = format!("resolution, {a:.1} + {b:.2} · megapixels µs, the largest misfit");
+    let line = Row::ratio(name, worst, 0.1, all.clone());
+    let constant = Row::microseconds("resolution, a for each dispatch", a / dispatches, 10.0, all);
     Ok(vec![
-        Row::ratio(
-            format!("resolution, {a:.1} + {b:.2} · megapixels µs, the largest misfit"),
-            worst,
-            0.1,
-            all.clone(),
-        ),
-        Row::microseconds("resolution, a for each dispatch", a / dispatches, 10.0, all),
+        // where no line fits, its constant means nothing
+        match worst <= 0.1 {
+            true => constant,
+            false => Row {
+                name: "resolution, a for each dispatch: void, no line fits".to_owned(),
+                ..constant.unjudged()
+            },
+        },
+        line,
     ])
 }
 

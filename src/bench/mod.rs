@@ -1,11 +1,13 @@
 //! The goals of speed, each with the floor that it is held against, in one run.
 //!
 //! *Does*: times the rewriter's output against the author's shader, and each stage of the runtime against a kernel that only moves
-//! the same bytes. *Guarantees*: ratios are of one run, medians after a warm-up, inputs of more than 200 MB rotated so that no cache
-//! flatters. *Refuses*: to call what a software driver shows a goal met. Outcomes on a real GPU: `shaders/bench/H100.md`.
+//! the same bytes. *Guarantees*: ratios are of one run, medians after a warm-up, inputs of more than 200 MB rotated in every row so that no
+//! cache flatters, rounds in which the clock was down not counted ([`Drift`]). *Refuses*: to call what a software driver shows a goal
+//! met, and to judge what hangs on a fit that failed. Outcomes on a real GPU: `shaders/bench/H100.md`.
 
 mod barriers;
 mod encodings;
+mod floors;
 mod heavy;
 mod machinery;
 mod rewriting;
@@ -15,7 +17,8 @@ mod timer;
 use serde::Serialize;
 
 use crate::check::gpu::{Gpu, GpuError};
-pub use timer::Times;
+use timer::{Contender, Measured, Timer};
+pub use timer::{Drift, Times};
 
 /// What to measure.
 #[derive(Clone, Debug)]
@@ -66,10 +69,12 @@ pub struct Row {
     pub unit: &'static str,
     /// The most that it may be.
     pub goal: f64,
-    /// Whether the goal is met; not said of a software driver.
+    /// Whether the goal is met; not said of a software driver, nor of a row that only informs.
     pub met: Option<bool>,
     /// What went into it.
     pub parts: Vec<Part>,
+    /// How steady the clock was; none of what ran on the CPU.
+    pub drift: Option<Drift>,
 }
 
 /// What was found on a device.
@@ -81,6 +86,9 @@ pub struct Found {
     pub driver: String,
     /// Whether it is a software driver, whose times say nothing of goals.
     pub is_software: bool,
+    /// Whether wgpu validates the arguments of indirect dispatches in these rows, as it does by default. The program turns it off
+    /// (`WGPU_VALIDATION_INDIRECT_CALL=1` turns it on), and has a row of what it costs.
+    pub validates_indirect: bool,
     /// The picture's size.
     pub size: [u32; 2],
     /// The rows.
@@ -110,15 +118,34 @@ fn own(error: impl std::fmt::Display) -> BenchError {
     BenchError::Own(error.to_string())
 }
 
+/// What is measured, on what, by which clock.
+struct Lab<'l> {
+    bench: &'l Bench,
+    gpu: &'l Gpu,
+    timer: Timer,
+}
+
+impl<'l> Lab<'l> {
+    fn new(bench: &'l Bench, gpu: &'l Gpu) -> Result<Lab<'l>, BenchError> {
+        let timer = Timer::new(gpu)?;
+        Ok(Lab { bench, gpu, timer })
+    }
+
+    fn measure(&self, contenders: &[Contender]) -> Result<Measured, BenchError> {
+        self.timer.measure(self.gpu, self.bench.rounds, contenders)
+    }
+}
+
 /// A group of rows.
-type Rows = fn(&Bench, &Gpu) -> Result<Vec<Row>, BenchError>;
+type Rows = fn(&Lab) -> Result<Vec<Row>, BenchError>;
 
 /// All groups of rows and what their rows' names start with.
-const GROUPS: [(&str, Rows); 11] = [
+const GROUPS: [(&str, Rows); 12] = [
     ("identity", heavy::identity),
     ("heavy", heavy::shares),
     ("light", heavy::light_shares),
     ("classified", heavy::classified),
+    ("indirect", heavy::validation),
     ("barriers", barriers::rows),
     ("build", encodings::builds),
     ("encodings", encodings::rows),
@@ -145,10 +172,12 @@ impl Bench {
             Some(filter) => name.contains(filter.as_str()) || filter.starts_with(name),
             None => true,
         };
+        progress("the clock");
+        let lab = Lab::new(self, gpu)?;
         let mut rows = Vec::new();
         for (name, measure) in GROUPS.into_iter().filter(|(name, _)| wanted(name)) {
             progress(name);
-            rows.extend(measure(self, gpu)?);
+            rows.extend(measure(&lab)?);
         }
         if let Some(filter) = &self.filter {
             rows.retain(|row| row.name.contains(filter.as_str()));
@@ -168,6 +197,7 @@ impl Bench {
             device: gpu.info.name.clone(),
             driver: format!("{} {}", gpu.info.driver, gpu.info.driver_info),
             is_software: gpu.is_software(),
+            validates_indirect: gpu.validates_indirect(),
             size: self.size,
             rows,
         })
@@ -176,13 +206,13 @@ impl Bench {
 
 impl Row {
     /// A row of a ratio of times.
-    fn ratio(name: impl Into<String>, value: f64, goal: f64, parts: Vec<Part>) -> Row {
-        Row::new(name, value, "x", goal, parts)
+    fn ratio(name: impl Into<String>, value: f64, goal: f64, measured: Measured) -> Row {
+        Row::new(name, value, "x", goal, measured)
     }
 
     /// A row of microseconds.
-    fn microseconds(name: impl Into<String>, value: f64, goal: f64, parts: Vec<Part>) -> Row {
-        Row::new(name, value, "µs", goal, parts)
+    fn microseconds(name: impl Into<String>, value: f64, goal: f64, measured: Measured) -> Row {
+        Row::new(name, value, "µs", goal, measured)
     }
 
     fn new(
@@ -190,7 +220,7 @@ impl Row {
         value: f64,
         unit: &'static str,
         goal: f64,
-        parts: Vec<Part>,
+        measured: Measured,
     ) -> Row {
         Row {
             name: name.into(),
@@ -198,8 +228,14 @@ impl Row {
             unit,
             goal,
             met: Some(value <= goal),
-            parts,
+            parts: measured.parts,
+            drift: measured.drift,
         }
+    }
+
+    /// The same row, not judged.
+    fn unjudged(self) -> Row {
+        Row { met: None, ..self }
     }
 }
 
@@ -211,11 +247,4 @@ impl Part {
             p95: times.p95,
         }
     }
-}
-
-/// The times of contenders as parts.
-fn parts(contenders: &[timer::Contender], times: &[Times]) -> Vec<Part> {
-    let both = contenders.iter().zip(times);
-    both.map(|(contender, times)| Part::new(&contender.name, *times))
-        .collect()
 }

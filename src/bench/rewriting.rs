@@ -5,13 +5,12 @@ use std::time::Instant;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use vrcs_passes::{Entries, Options, rewrite};
 
-use super::{Bench, BenchError, Part, Row, Times, own};
-use crate::check::gpu::Gpu;
+use super::{BenchError, Lab, Part, Row, Times, own, timer::Measured};
 
 const TEXT: &str = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/shaders/plaza.wgsl"));
 
 /// The rewrite of a shader of some 250 lines.
-pub(super) fn rows(bench: &Bench, _gpu: &Gpu) -> Result<Vec<Row>, BenchError> {
+pub(super) fn rows(lab: &Lab) -> Result<Vec<Row>, BenchError> {
     let validate = |module: &naga::Module| {
         Validator::new(ValidationFlags::all(), Capabilities::all())
             .validate(module)
@@ -21,7 +20,7 @@ pub(super) fn rows(bench: &Bench, _gpu: &Gpu) -> Result<Vec<Row>, BenchError> {
     let info = validate(&module)?;
     let mut samples = [Vec::new(), Vec::new()];
     // the first rounds warm caches, and the prelude is parsed once for good
-    for round in 0..5 + bench.rounds {
+    for round in 0..5 + lab.bench.rounds {
         let start = Instant::now();
         let parsed = naga::front::wgsl::parse_str(TEXT).map_err(own)?;
         validate(&parsed)?;
@@ -34,17 +33,15 @@ pub(super) fn rows(bench: &Bench, _gpu: &Gpu) -> Result<Vec<Row>, BenchError> {
             samples[1].push(of_ours.as_secs_f64() * 1e3);
         }
     }
-    let [naga, ours] = samples.map(|mut samples| {
-        samples.sort_by(f64::total_cmp);
-        Times {
-            median: samples[samples.len() / 2],
-            p95: samples[(samples.len() * 95 / 100).min(samples.len() - 1)],
-        }
-    });
+    let [naga, ours] = samples.map(Times::of);
+    let measured = Measured {
+        parts: vec![Part::new("naga", naga), Part::new("rewrite", ours)],
+        drift: None,
+    };
     Ok(vec![Row::ratio(
         "rewrite, against naga's parse and validation",
         ours.median / naga.median,
         1.0,
-        vec![Part::new("naga", naga), Part::new("rewrite", ours)],
+        measured,
     )])
 }

@@ -16,6 +16,7 @@ pub struct Gpu {
     /// The queue.
     pub queue: wgpu::Queue,
     errors: Arc<Mutex<Vec<String>>>,
+    flags: wgpu::InstanceFlags,
     /// Builders that were made before.
     builders: Mutex<Vec<Arc<Builder>>>,
 }
@@ -73,12 +74,21 @@ fn wanted_features() -> wgpu::Features {
         | F::PASSTHROUGH_SHADERS
 }
 
-/// The adapters that there are.
+/// The adapters that there are. Arguments of indirect dispatches are not validated, unless the environment asks for it
+/// (`WGPU_VALIDATION_INDIRECT_CALL`): ours stay within limits by construction.
 pub fn adapters() -> Vec<wgpu::Adapter> {
+    adapters_with(flags())
+}
+
+// the validation layers would be looked for in debug builds, and complain where there are none
+fn flags() -> wgpu::InstanceFlags {
+    wgpu::InstanceFlags::empty().with_env()
+}
+
+fn adapters_with(flags: wgpu::InstanceFlags) -> Vec<wgpu::Adapter> {
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
     descriptor.backends = wgpu::Backends::from_env().unwrap_or(wgpu::Backends::PRIMARY);
-    // the validation layers would be looked for in debug builds, and complain where there are none
-    descriptor.flags = wgpu::InstanceFlags::empty().with_env();
+    descriptor.flags = flags;
     let instance = wgpu::Instance::new(descriptor);
     pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()))
 }
@@ -90,7 +100,28 @@ impl Gpu {
     /// # Errors
     /// If there is no such adapter, or it gives no device.
     pub fn open(wanted: Option<&str>) -> Result<Gpu, GpuError> {
-        let adapters = adapters();
+        Gpu::open_with(wanted, flags())
+    }
+
+    /// The same, where wgpu validates the arguments of indirect dispatches, as it does by default.
+    ///
+    /// # Errors
+    /// If there is no such adapter, or it gives no device.
+    pub fn open_validating(wanted: Option<&str>) -> Result<Gpu, GpuError> {
+        Gpu::open_with(
+            wanted,
+            flags() | wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL,
+        )
+    }
+
+    /// Whether wgpu validates the arguments of indirect dispatches.
+    pub fn validates_indirect(&self) -> bool {
+        self.flags
+            .contains(wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL)
+    }
+
+    fn open_with(wanted: Option<&str>, flags: wgpu::InstanceFlags) -> Result<Gpu, GpuError> {
+        let adapters = adapters_with(flags);
         if adapters.is_empty() {
             return Err(GpuError::NoDriver);
         }
@@ -110,10 +141,10 @@ impl Gpu {
                 .find(|a| a.get_info().device_type != wgpu::DeviceType::Cpu)
                 .unwrap_or(&adapters[0]),
         };
-        Gpu::from_adapter(adapter)
+        Gpu::from_adapter(adapter, flags)
     }
 
-    fn from_adapter(adapter: &wgpu::Adapter) -> Result<Gpu, GpuError> {
+    fn from_adapter(adapter: &wgpu::Adapter, flags: wgpu::InstanceFlags) -> Result<Gpu, GpuError> {
         let info = adapter.get_info();
         let request = adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("vrcs"),
@@ -137,6 +168,7 @@ impl Gpu {
             device,
             queue,
             errors,
+            flags,
             builders: Mutex::default(),
         })
     }

@@ -15,7 +15,7 @@ pub(super) struct Arguments {
     /// Print what was found as JSON.
     #[arg(long)]
     json: bool,
-    /// Only rows whose name contains this: identity, heavy, light, classified, barriers, build, encodings, stage, machinery, resolution, rewrite.
+    /// Only rows whose name contains this: identity, heavy, light, classified, indirect, barriers, build, encodings, stage, machinery, resolution, rewrite.
     #[arg(long, value_name = "TEXT")]
     filter: Option<String>,
     /// The size of the picture.
@@ -76,6 +76,12 @@ fn print(found: &Found) -> Result<(), Failure> {
         found.size[0],
         found.size[1]
     ))?;
+    talk::data(match found.validates_indirect {
+        true => "wgpu validates the arguments of indirect dispatches",
+        false => {
+            "wgpu does not validate the arguments of indirect dispatches; a row tells what that costs"
+        }
+    })?;
     if found.is_software {
         talk::data("a software driver: its times say nothing of goals, and none is called met")?;
     }
@@ -102,8 +108,19 @@ fn print_row(row: &Row, width: usize) -> Result<(), Failure> {
         .iter()
         .map(|part| format!("{} {:.4} ms", part.name, part.milliseconds))
         .collect();
+    let drift = row.drift.map_or(String::new(), |drift| {
+        let scaled = if drift.is_scaled {
+            ", scaled by the control"
+        } else {
+            ""
+        };
+        format!(
+            "; control {:.3} x, {} rounds, {} not counted{scaled}",
+            drift.control, drift.counted, drift.rejected
+        )
+    });
     talk::data(&format!(
-        "{}{padding}  {:>10}  goal {:>10}  {verdict:6}  {}",
+        "{}{padding}  {:>10}  goal {:>10}  {verdict:6}  {}{drift}",
         row.name,
         number(row.value),
         number(row.goal),

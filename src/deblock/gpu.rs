@@ -26,8 +26,8 @@ struct Params {
     padding: [u32; 2],
 }
 
-/// The pixels of a workgroup: 8×8 invocations of 4×2 pixels each.
-const GROUP: [u32; 2] = [32, 16];
+/// The pixels of a workgroup: 16×16 quads.
+const GROUP: [u32; 2] = [32, 32];
 
 /// The pipelines that deblock one kind of picture.
 #[derive(Debug)]
@@ -95,7 +95,14 @@ impl Deblocker {
         check(&options)?;
         let way = way(device, adapter, options.picture)?;
         let layout = layout(device, &options, way);
-        let module = kernel::shader_module(device, shader!("deblock.wgsl"), &defs(&options, way));
+        let defs = defs(&options, way);
+        let source = shader!("deblock.wgsl");
+        let module = match options.depth {
+            // a loop that is counted is not unrolled: four copies of three dozen loads of depth take some drivers seconds to compile
+            Some(_) => kernel::shader_module(device, source, &defs),
+            // SAFETY: no loop of this kernel has more rounds than a constant says
+            None => unsafe { kernel::trusted_module(device, source, &defs) },
+        };
         let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some("vrcs deblock"),
             bind_group_layouts: &[Some(&layout)],
@@ -107,7 +114,7 @@ impl Deblocker {
                 layout: Some(&pipeline_layout),
                 module: &module,
                 entry_point: Some(entry),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                compilation_options: kernel::compilation_options(),
                 cache: None,
             })
         };
