@@ -51,10 +51,10 @@ pub(super) enum Content {
 
 /// A picture's bytes at a place: the same on all channels, but for the noise.
 fn shade(x: u32, y: u32, seed: u32, random: u32) -> u32 {
-    let ramp = (x * 2 + y * 3 + seed * 37) / 16 & 0x1ff;
+    let ramp = ((x * 2 + y * 3 + seed * 37) / 16) & 0x1ff;
     let base = if ramp > 255 { 511 - ramp } else { ramp };
     let mask = [0, 0x0101_0101, 0x0707_0707, 0x3f3f_3f3f][((x / 160 + y / 90) & 3) as usize];
-    // saturates at 255 by halves: no byte carries into the next
+    // the mean of both, byte by byte: none carries into the next
     let noise = random & mask;
     let base = base * 0x0101_0101;
     (base & noise) + ((base ^ noise) >> 1 & 0x7f7f_7f7f)
