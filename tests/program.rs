@@ -525,6 +525,9 @@ fn imports_and_definitions_are_understood() {
     let output = rewrite(&["-D", "SCALE=0.25"]);
     assert_eq!(status(&output), 0, "{}", stderr(&output));
     assert!(stdout(&output).contains("0.25"), "{}", stdout(&output));
+    // a picture in the folder is nobody's module
+    std::fs::write(folder.path().join("in/lib/noise.png"), [0x89, 0xff]).expect("writable");
+    assert_eq!(status(&rewrite(&["-D", "SCALE=0.25"])), 0);
     // without the definition the module is at fault, in its own line
     let output = rewrite(&[]);
     assert_eq!(status(&output), 1);
@@ -809,6 +812,89 @@ fn count(@builtin(global_invocation_id) id: vec3<u32>) {
     assert!(stderr(&output).contains("bad.wgsl:1:1"));
 }
 
+/// What every pixel stores for itself is a store, too, and atomics that are weighed are told as such.
+#[test]
+fn explain_tells_of_full_targets_and_atomics() {
+    let folder = folder();
+    let shader = "
+        @group(0) @binding(0) var picture: texture_storage_2d<r32uint, write>;
+        @group(0) @binding(1) var normals: texture_storage_2d<r32uint, write>;
+        @group(0) @binding(2) var<storage, read_write> count: atomic<u32>;
+        @compute @workgroup_size(8, 8)
+        fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+            textureStore(normals, id.xy, vec4(id.x));
+            textureStore(picture, id.xy, vec4(id.y));
+            atomicAdd(&count, 1u);
+        }";
+    std::fs::write(folder.path().join("three.wgsl"), shader).expect("writable");
+    let output = vrcs(
+        &[
+            "explain",
+            "three.wgsl",
+            "--json",
+            "--target",
+            "normals=full",
+            "--atomics",
+            "weight",
+        ],
+        folder.path(),
+    );
+    assert_eq!(status(&output), 0, "{}", stderr(&output));
+    let told = json(&output);
+    let stores = told[0]["entries"][0]["stores"]
+        .as_array()
+        .cloned()
+        .unwrap_or_default();
+    let how = |target: &str| {
+        let of = stores.iter().filter(|store| store["target"] == target);
+        of.map(|store| store["how"].to_string()).collect::<Vec<_>>()
+    };
+    assert_eq!(how("picture"), ["\"offset\""], "{told}");
+    assert_eq!(how("normals"), ["\"full\""], "{told}");
+    assert_eq!(how("count"), ["\"weighed\""], "{told}");
+}
+
+#[test]
+fn the_authors_word_stands_in_the_manifest() {
+    let folder = folder();
+    let shader = "
+        @group(0) @binding(0) var<storage, read_write> a: array<u32>;
+        @group(0) @binding(1) var<storage, read_write> b: array<u32>;
+        @compute @workgroup_size(8, 8)
+        fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+            b[id.y * 64u + id.x] = a[id.x];
+        }";
+    std::fs::write(folder.path().join("two.wgsl"), shader).expect("writable");
+    let rewrite = |pair: &str| {
+        let arguments = [
+            "rewrite",
+            "two.wgsl",
+            "-o",
+            "o.wgsl",
+            "--manifest",
+            "m.json",
+            "--distinct",
+            pair,
+        ];
+        vrcs(&arguments, folder.path())
+    };
+    let output = rewrite("a,b");
+    assert_eq!(status(&output), 0, "{}", stderr(&output));
+    let manifest = std::fs::read_to_string(folder.path().join("m.json")).expect("a manifest");
+    assert!(
+        manifest.contains("`a` and `b` are never the same memory"),
+        "{manifest}"
+    );
+    let output = rewrite("a,c");
+    assert_eq!(status(&output), 1);
+    assert!(
+        stderr(&output).contains("no resource called `c`"),
+        "{}",
+        stderr(&output)
+    );
+    assert_eq!(status(&rewrite("a")), 2);
+}
+
 #[test]
 fn codes_are_explained() {
     let folder = folder();
@@ -819,6 +905,11 @@ fn codes_are_explained() {
         "{}",
         stdout(&output)
     );
+    // with an example, and what its author is told
+    let said = stdout(&output);
+    assert!(said.contains("textureLoad(heights"), "{said}");
+    assert!(said.contains("VRCS013.wgsl:5:"), "{said}");
+    assert!(said.contains("help:"), "{said}");
     let output = vrcs(&["codes"], folder.path());
     assert_eq!(status(&output), 0);
     assert!(stdout(&output).lines().count() >= vrcs_passes::Code::ALL.len());

@@ -18,6 +18,14 @@ fn shape(name: &str) -> Source {
     Source::new(path.display().to_string(), text)
 }
 
+/// A shape with another text in the place of some.
+fn changed(name: &str, from: &str, to: &str) -> Source {
+    let path = format!("{}/tests/shapes/{name}.wgsl", env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(path).expect("a shader of the tests");
+    assert!(text.contains(from), "{text}");
+    Source::new(format!("{name}.wgsl"), text.replace(from, to))
+}
+
 /// Checks a shape, with options and inputs as `set` chooses: rates up to 2x2, and up to 4x4.
 fn hold(name: &str, set: impl Fn(&mut Job)) {
     for (max_rate, cases) in [(MaxRate::R2x2, 48), (MaxRate::R4x4, 24)] {
@@ -94,6 +102,132 @@ fn what_only_full_allows_is_refused_without_it() {
         let refusal = vrcs_passes::rewrite(&module, &info, "main", &options).expect_err(left_out);
         assert!(refusal.findings.iter().any(|f| f.code == code), "{refusal}");
     }
+}
+
+/// An exchange at the invocation's own place is a read of what was there and a store.
+#[test]
+fn what_each_pixel_takes_and_clears() {
+    hold("exchange", |_| ());
+}
+
+/// An exchange whose place may be another's has its reason for a refusal, each.
+#[test]
+fn an_exchange_at_anothers_place_is_refused() {
+    let shader = |body: &str| {
+        Source::new(
+            "take.wgsl",
+            format!(
+                "@group(0) @binding(0) var<storage, read_write> a: array<atomic<u32>>;
+                @group(0) @binding(1) var picture: texture_storage_2d<r32uint, write>;
+                @compute @workgroup_size(8, 8)
+                fn main(@builtin(global_invocation_id) id: vec3<u32>) {{
+                    let i = id.y * 64u + id.x;
+                    var sum = 0u;
+                    {body}
+                    textureStore(picture, id.xy, vec4(sum));
+                }}"
+            ),
+        )
+    };
+    let codes = |body: &str| {
+        let (module, info) = common::parse(&shader(body));
+        match vrcs_passes::rewrite(&module, &info, "main", &Options::default()) {
+            Ok(_) => Vec::new(),
+            Err(refusal) => refusal.findings.iter().map(|f| f.code).collect(),
+        }
+    };
+    assert_eq!(codes("sum = atomicExchange(&a[i], 0u);"), []);
+    for body in [
+        // a window that overlaps with the neighbour's
+        "sum = atomicExchange(&a[i], 0u) + atomicExchange(&a[i + 1u], 0u);",
+        "for (var k = 0u; k < 3u; k++) { sum += atomicExchange(&a[i + k], 0u); }",
+        // the neighbour may have added first
+        "sum = atomicExchange(&a[i], 0u); atomicMax(&a[i + 64u * 64u], 1u);",
+        "sum = atomicExchange(&a[id.x], 0u);",
+        "sum = atomicExchange(&a[i], 0u); atomicStore(&a[i + 1u], 3u);",
+    ] {
+        assert!(codes(body).contains(&Code::Atomic), "{body}");
+    }
+}
+
+/// A read whose value a constant drops is no read, and a store that a constant rules out is none.
+#[test]
+fn a_helper_that_a_constant_sends_one_way() {
+    hold("dead_read", |_| ());
+    hold("dead_read", |job| job.entry = "down".to_owned());
+}
+
+/// The same helper, sent either way by a uniform, reads what others write.
+#[test]
+fn a_helper_that_a_uniform_sends_either_way_is_refused() {
+    let (module, info) = common::parse(&changed("dead_read", "blur(true", "blur(frame.width > 9u"));
+    let refusal = vrcs_passes::rewrite(&module, &info, "main", &Options::default())
+        .expect_err("it reads what it writes");
+    assert!(
+        refusal
+            .findings
+            .iter()
+            .any(|f| f.code == Code::ReadsOthersOutput),
+        "{refusal}"
+    );
+}
+
+fn follows_rate(options: &mut Options) {
+    options.scale_gradients = true;
+    options.bias_level.insert("blurred".to_owned());
+}
+
+/// A shader that samples nothing by gradients, and no texture by level that is named, is rewritten as ever.
+#[test]
+fn detail_that_is_not_there_changes_nothing() {
+    let (module, info) = common::parse(&shape("whole_struct"));
+    let text = |scale_gradients| {
+        let options = Options {
+            scale_gradients,
+            ..Options::default()
+        };
+        let made = vrcs_passes::rewrite(&module, &info, "main", &options).expect("a rewrite");
+        vrcs_passes::emit::wgsl(&made.module, &made.info).expect("text")
+    };
+    assert_eq!(text(true), text(false));
+}
+
+/// Samples of a primary take in what its whole block would see, and nothing else changes.
+#[test]
+fn detail_follows_the_rate() {
+    hold("gradients", |job| follows_rate(&mut job.options));
+}
+
+/// Held against the author's own text, that is the same bit for bit at 1x1, and not where pixels share.
+#[test]
+fn detail_is_the_authors_own_at_full_rate() {
+    let source = shape("gradients");
+    let (module, info) = common::parse(&source);
+    let mut options = Options::default();
+    follows_rate(&mut options);
+    let following = vrcs_passes::rewrite(&module, &info, "main", &options).expect("a rewrite");
+    let mut job = Job::new("main");
+    job.seed = common::seed();
+    let gpu = common::gpu();
+    let report =
+        vrcs::check::check_rewritten(&gpu, &source, &module, &info, &following, &job, &mut |_| {})
+            .expect("a check");
+    assert_eq!(report.verdict, Verdict::Failed, "{:?}", report.why);
+    assert!(report.held.contains_key(&Law::Identity), "{report:?}");
+    let failure = report.failure.expect("a failure");
+    assert_ne!(failure.law, Law::Identity, "{failure:?}");
+}
+
+#[test]
+fn detail_does_not_follow_where_every_pixel_is_shaded() {
+    let (module, info) = common::parse(&shape("gradients"));
+    let mut options = Options {
+        mode: vrcs_passes::options::Mode::Graded,
+        ..Options::default()
+    };
+    follows_rate(&mut options);
+    let refusal = vrcs_passes::rewrite(&module, &info, "main", &options).expect_err("no detail");
+    assert_eq!(refusal.findings[0].code, Code::UnfitOption, "{refusal}");
 }
 
 #[test]

@@ -74,13 +74,15 @@ codes! {
     /// The shader reads what other invocations of the same dispatch write. What they write changes when they become
     /// duplicates.
     ReadsOthersOutput = 13, Refusal;
-    /// An atomic counts invocations. Duplicates do not run, so the count would change.
+    /// An atomic counts invocations, or hands something on from one to the next. Duplicates do not run, so the count would change.
+    /// An exchange at the invocation's own place alone is no such thing.
     Atomic = 14, Refusal;
-    /// The shader uses workgroup memory or a barrier.
+    /// The shader's invocations work together, through workgroup memory or barriers, in a way that does not fall into a part
+    /// for the whole workgroup and a part for each pixel.
     WorkgroupMemory = 15, Refusal;
     /// A subgroup operation's result depends on which invocations share a subgroup, and that changes.
     SubgroupOperation = 16, Refusal;
-    /// The store has a form that is not supported.
+    /// The store has a form that is not supported. Not given any more: every form of store is.
     UnsupportedStore = 17, Refusal;
     /// There are too many paths of calls to follow them all.
     TooManyPaths = 18, Refusal;
@@ -88,7 +90,7 @@ codes! {
     PolicyRefuses = 19, Refusal;
     /// The device limits that are assumed do not leave room for the added resources.
     OverLimit = 20, Refusal;
-    /// A name that the options give, of a target or of a width, does not fit the shader.
+    /// A name that the options give, of a target, a texture or a width, or another option does not fit the shader.
     UnfitOption = 21, Refusal;
     /// Graded mode changes only what `vrcs_copies()` and `vrcs_rate()` give, and the shader calls neither.
     NothingGraded = 22, Refusal;

@@ -137,6 +137,41 @@ pub fn split(
     }))
 }
 
+/// Where an entry point and its helpers store to some resources, once each, in the order of the functions.
+pub(crate) fn stores(
+    module: &Module,
+    entry: usize,
+    targets: &[Handle<GlobalVariable>],
+) -> Vec<(Handle<GlobalVariable>, Span)> {
+    let mut found = Vec::new();
+    let mut seen = BTreeSet::new();
+    let mut open = vec![&module.entry_points[entry].function];
+    while let Some(function) = open.pop() {
+        visit::spanned_statements(&function.body, &mut |statement, span| {
+            let place = match *statement {
+                Statement::Store { pointer, .. } | Statement::Atomic { pointer, .. } => pointer,
+                Statement::ImageStore { image, .. } | Statement::ImageAtomic { image, .. } => image,
+                Statement::Call { function, .. } => {
+                    if seen.insert(function) {
+                        open.push(&module.functions[function]);
+                    }
+                    return;
+                }
+                _ => return,
+            };
+            if let Some(global) = root(function, &[], place)
+                && targets.contains(&global)
+            {
+                found.push((
+                    global,
+                    crate::analysis::statement_span(function, statement, span),
+                ));
+            }
+        });
+    }
+    found
+}
+
 fn names(module: &Module, globals: &[Handle<GlobalVariable>]) -> String {
     let name = |&global: &Handle<GlobalVariable>| {
         let name = module.global_variables[global].name.as_deref();

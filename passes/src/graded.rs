@@ -161,6 +161,24 @@ pub fn is_rate(module: &Module, function: Handle<Function>) -> bool {
     function.name.as_deref() == Some("vrcs_rate") && is_stub(module, function, true)
 }
 
+/// The stub of `vrcs_rate()`, if the module has one.
+pub(crate) fn rate_stub(module: &Module) -> Option<Handle<Function>> {
+    find(module, "vrcs_rate", true)
+}
+
+/// The stub of `vrcs_rate()`, for a module that has none.
+pub(crate) fn new_rate_stub(types: &mut naga::UniqueArena<naga::Type>) -> Function {
+    let pair = build::numeric(types, build::vector_size(2), Scalar::U32);
+    let (mut stub, _) = build::function("vrcs_rate", &[], Some(pair));
+    give(&mut stub, &Given::NOTHING.rate);
+    stub
+}
+
+/// Whether a function calls the stub of `vrcs_rate()`, itself or through others.
+pub(crate) fn calls_rate(module: &Module, function: Handle<Function>) -> bool {
+    rate_stub(module).is_some_and(|stub| calls(module, &module.functions[function], &[stub]))
+}
+
 fn is_stub(module: &Module, function: &Function, is_pair: bool) -> bool {
     let result = function
         .result

@@ -50,7 +50,9 @@ pub mod analysis;
 pub mod auto;
 pub mod build;
 pub mod deep;
+pub mod detail;
 pub mod emit;
+pub mod examples;
 pub mod explain;
 pub mod finding;
 pub mod full;
@@ -128,7 +130,19 @@ pub fn rewrite<'e>(
     entries: impl Into<Entries<'e>>,
     options: &Options,
 ) -> Result<Rewritten, Refusal> {
-    let entries = entries.into();
+    rewrite_and_look(module, info, entries.into(), options, &mut |_, _| ())
+}
+
+/// What is shown each plan that is carried out, with the module that it is about.
+pub(crate) type Look<'l> = dyn FnMut(&Module, &plan::EntryPlan) + Send + 'l;
+
+pub(crate) fn rewrite_and_look(
+    module: &Module,
+    info: &ModuleInfo,
+    entries: Entries,
+    options: &Options,
+    look: &mut Look,
+) -> Result<Rewritten, Refusal> {
     let depth = deep::of_module(module);
     if depth > deep::MOST {
         let finding = Finding::new(
@@ -142,7 +156,7 @@ pub fn rewrite<'e>(
             .help("split long expressions and chains of `else if`")
             .into());
     }
-    deep::run_if_deep(depth, || rewrite_here(module, info, entries, options))
+    deep::run_if_deep(depth, || rewrite_here(module, info, entries, options, look))
 }
 
 fn rewrite_here(
@@ -150,6 +164,7 @@ fn rewrite_here(
     info: &ModuleInfo,
     entries: Entries,
     options: &Options,
+    look: &mut Look,
 ) -> Result<Rewritten, Refusal> {
     if options.mode == Mode::Auto {
         let (mode, reason) = match options.targets.values().any(|&p| p == Policy::Full) {
@@ -163,7 +178,7 @@ fn rewrite_here(
             mode,
             ..options.clone()
         };
-        let mut rewritten = rewrite_here(module, info, entries, &options)?;
+        let mut rewritten = rewrite_here(module, info, entries, &options, look)?;
         for entry in &mut rewritten.manifest.entries {
             entry.mode_reason = Some(reason.to_owned());
         }
@@ -171,6 +186,14 @@ fn rewrite_here(
     }
     let chosen = choose(module, entries)?;
     check_names(module, options)?;
+    if let Some((module, info)) = detail::follow_rate(module, info, &chosen, options)? {
+        let options = Options {
+            scale_gradients: false,
+            bias_level: Default::default(),
+            ..options.clone()
+        };
+        return rewrite_here(&module, &info, entries, &options, look);
+    }
     if options.mode == Mode::Graded {
         return graded::rewrite(module, info, &chosen, options);
     }
@@ -185,7 +208,7 @@ fn rewrite_here(
     let mut refusals = Vec::new();
     let mut left_alone = Vec::new();
     for index in chosen {
-        let Err(findings) = rewriter.entry(index) else {
+        let Err(findings) = rewriter.entry(index, look) else {
             continue;
         };
         match findings.as_slice() {
@@ -204,22 +227,46 @@ fn rewrite_here(
     rewriter.finish(left_alone)
 }
 
-/// Every target that the options name is in the module.
+/// Every resource that the options name is in the module.
 fn check_names(module: &Module, options: &Options) -> Result<(), Refusal> {
     let names = || (module.global_variables.iter()).filter_map(|(_, g)| g.name.as_deref());
-    for target in options.targets.keys() {
-        if !names().any(|name| name == target) {
+    let targets = options
+        .targets
+        .keys()
+        .map(|name| (name, "to which a policy could apply"));
+    let biased = (options.bias_level.iter()).map(|name| (name, "whose level could be biased"));
+    let distinct = options.distinct.iter().flatten();
+    let distinct = distinct.map(|name| (name, "that could be distinct from another"));
+    for (name, what) in targets.chain(biased).chain(distinct) {
+        if !names().any(|known| known == name) {
             let finding = Finding::new(
                 Code::UnfitOption,
-                format!(
-                    "the shader has no resource called `{target}` to which a policy could apply"
-                ),
+                format!("the shader has no resource called `{name}` {what}"),
             );
-            return Err(match near::nearest(target, names()) {
+            return Err(match near::nearest(name, names()) {
                 Some(near) => finding.help(format!("did you mean `{near}`?")),
                 None => finding,
             }
             .into());
+        }
+    }
+    check_distinct(module, options)
+}
+
+/// Every pair that is said to be distinct is one of resources that a shader may write.
+fn check_distinct(module: &Module, options: &Options) -> Result<(), Refusal> {
+    for name in options.distinct.iter().flatten() {
+        let named = |global: &naga::GlobalVariable| global.name.as_ref() == Some(name);
+        let is_written = (module.global_variables.iter())
+            .any(|(_, global)| named(global) && transform::bindings::is_writable(module, global));
+        if !is_written {
+            let finding = Finding::new(
+                Code::UnfitOption,
+                format!("`{name}` cannot be written, so it needs no word that it is distinct"),
+            );
+            return Err(finding
+                .help("name two storage buffers or textures that are written")
+                .into());
         }
     }
     Ok(())
@@ -239,7 +286,8 @@ fn choose(module: &Module, entries: Entries) -> Result<Vec<usize>, Refusal> {
             Code::NoComputeEntry,
             "the module has no compute entry point",
         );
-        return Err(finding.into());
+        let help = "name a shader with `@compute`; vertex and fragment shaders have the hardware's variable-rate shading";
+        return Err(finding.help(help).into());
     }
     let Entries::Named(name) = entries else {
         return Ok(compute);
@@ -312,7 +360,7 @@ impl<'r> Rewriter<'r> {
         })
     }
 
-    fn entry(&mut self, index: usize) -> Result<(), Vec<Finding>> {
+    fn entry(&mut self, index: usize, look: &mut Look) -> Result<(), Vec<Finding>> {
         let name = &self.original.entry_points[index].name;
         if is_rewritten(self.original, self.info, index) {
             let finding = Finding::new(
@@ -331,6 +379,7 @@ impl<'r> Rewriter<'r> {
                 _ => findings,
             },
         )?;
+        look(self.original, &plan);
         transform::bindings::check_limits(self.author.0, self.author.1, index, self.options)
             .map_err(|finding| vec![finding])?;
         plan.full = full.map(|full| full.function);
@@ -401,6 +450,11 @@ impl<'r> Rewriter<'r> {
             )
             .map_err(|broken| defect(broken.to_string()))?;
         }
+        let word = |[a, b]: &[String; 2]| {
+            format!("`{a}` and `{b}` are never the same memory, by the author's word")
+        };
+        let words = self.options.distinct.iter().map(word);
+        self.manifest.preconditions.extend(words);
         graded::give_rate_its_meaning(&mut self.module, &mut self.imports, self.options);
         let info = Validator::new(ValidationFlags::all(), Capabilities::all())
             .validate(&self.module)

@@ -1,6 +1,6 @@
 //! How a shader is to be rewritten.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
@@ -219,6 +219,16 @@ pub struct Options {
     /// Does the dispatch have one dimension, over the pixels' numbers `y * width + x`? Then this is the width.
     #[serde(default)]
     pub linear: Option<Linear>,
+    /// Are the gradients of `textureSampleGrad` [scaled](crate::detail) by the block that a primary stands for, as hardware VRS
+    /// does on its own?
+    #[serde(default)]
+    pub scale_gradients: bool,
+    /// For which textures is the level of `textureSampleLevel` [biased](crate::detail) by log2 of the rate?
+    #[serde(default)]
+    pub bias_level: BTreeSet<String>,
+    /// Which pairs of writable bindings are, by the author's word, never the same memory?
+    #[serde(default)]
+    pub distinct: Vec<[String; 2]>,
 }
 
 fn default_workgroup_memory() -> u32 {
@@ -263,6 +273,9 @@ impl Default for Options {
             targets: BTreeMap::new(),
             atomics: Atomics::default(),
             linear: None,
+            scale_gradients: false,
+            bias_level: BTreeSet::new(),
+            distinct: Vec::new(),
         }
     }
 }

@@ -92,6 +92,16 @@ pub fn check_rewritten(
     job: &Job,
     progress: &mut dyn FnMut(u32),
 ) -> Result<Report, CheckError> {
+    // what the samples of the original are is the rate's doing, too: it is held against an original that asks for its rate
+    let entry = module.entry_points.iter().position(|e| e.name == job.entry);
+    let asking = match entry {
+        Some(entry) => vrcs_passes::detail::follow_rate(module, info, &[entry], &job.options)?,
+        None => None,
+    };
+    let (module, info) = match &asking {
+        Some((module, info)) => (module, info),
+        None => (module, info),
+    };
     let linear;
     let job = match &job.options.linear {
         None => job,

@@ -1,7 +1,7 @@
 //! What a check tells the reader: the first difference with its pixel, and whether the check could have failed at all.
 
-use naga::Span;
-use vrcs_passes::instrument::OUTSIDE;
+use naga::{GlobalVariable, Handle, Span};
+use vrcs_passes::{instrument::OUTSIDE, options::Mode};
 
 use super::{
     Failure, Law,
@@ -21,6 +21,8 @@ pub(super) struct Seen {
     reached: Vec<(bool, Span)>,
     /// For each output, the values that were stored: at most two are kept.
     values: Vec<Vec<Vec<u8>>>,
+    /// For each output, whether the rewrite says that a constant rules its stores out.
+    ruled_out: Vec<bool>,
     /// Stores outside their resources.
     outside: usize,
 }
@@ -107,15 +109,24 @@ impl Session<'_> {
 
     /// Notes which stores were reached, and which values were stored.
     pub(super) fn note_seen(&mut self, original: &Original) {
-        let seen = &mut self.seen;
-        if seen.reached.is_empty() {
-            seen.reached = original
-                .sites
-                .iter()
-                .map(|site| (false, site.span))
+        if self.seen.reached.is_empty() {
+            // where the rewrite says that a constant rules every store out, none is waited for; one that comes counts
+            let is_waited_for: Vec<bool> = (original.sites.iter())
+                .map(|site| self.is_target(site.global))
+                .collect();
+            let seen = &mut self.seen;
+            seen.reached = (original.sites.iter().zip(&is_waited_for))
+                .map(|(site, is_waited_for)| (!is_waited_for, site.span))
                 .collect();
             seen.values = vec![Vec::new(); original.outputs.len()];
+            seen.ruled_out = (0..original.outputs.len())
+                .map(|output| {
+                    let mut sites = original.output_of_site.iter().zip(&is_waited_for);
+                    !sites.any(|(of, is_waited_for)| *of == output && *is_waited_for)
+                })
+                .collect();
         }
+        let seen = &mut self.seen;
         for invocation in 0..original.log.invocations() {
             for stored in original.log.of(invocation) {
                 let site = &original.sites[stored.site as usize];
@@ -140,8 +151,24 @@ impl Session<'_> {
 
     /// Whether every store was reached, and no output is the same everywhere.
     pub(super) fn is_all_seen(&self) -> bool {
-        self.seen.reached.iter().all(|(reached, _)| *reached)
-            && self.seen.values.iter().all(|values| values.len() > 1)
+        self.seen.reached.iter().all(|(reached, _)| *reached) && self.constant_output().is_none()
+    }
+
+    /// An output that is the same everywhere.
+    fn constant_output(&self) -> Option<usize> {
+        let mut outputs = self.seen.values.iter().zip(&self.seen.ruled_out);
+        outputs.position(|(values, is_ruled_out)| values.len() < 2 && !is_ruled_out)
+    }
+
+    /// Whether the rewrite says that something is stored to a resource.
+    fn is_target(&self, global: Handle<GlobalVariable>) -> bool {
+        let entry = &self.rewritten.manifest.entries[0];
+        match &self.module.global_variables[global].name {
+            Some(name) if entry.mode != Mode::Graded => {
+                entry.targets.iter().any(|target| target.name == *name)
+            }
+            _ => true,
+        }
     }
 
     /// A check that could not have failed has not passed.
@@ -158,9 +185,10 @@ impl Session<'_> {
                 self.at(span)
             )));
         }
-        let constant = self.seen.values.iter().position(|values| values.len() < 2);
-        if let Some(output) = constant {
-            let name = self.report.targets.get(output).cloned().unwrap_or_default();
+        if let Some(output) = self.constant_output() {
+            let before = self.seen.ruled_out[..output].iter();
+            let target = before.filter(|is_ruled_out| !**is_ruled_out).count();
+            let name = self.report.targets.get(target).cloned().unwrap_or_default();
             return Err(inconclusive(format!("`{name}` is the same everywhere")));
         }
         Ok(())

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use vrcs_passes::{
-    Code, Severity,
+    Code, Color, Severity, examples,
     explain::{Explained, Verdict, explain},
     near,
     told::{Told, ToldPlace},
@@ -217,6 +217,12 @@ struct ExplainedCode {
     code: String,
     severity: &'static str,
     explanation: String,
+    /// A shader that yields it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    example: Option<&'static str>,
+    /// What its author is told.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    told: Option<String>,
 }
 
 impl ExplainedCode {
@@ -232,12 +238,26 @@ impl ExplainedCode {
                 .split_whitespace()
                 .collect::<Vec<_>>()
                 .join(" "),
+            example: None,
+            told: None,
         }
+    }
+
+    fn with_example(code: Code) -> ExplainedCode {
+        let mut explained = ExplainedCode::new(code);
+        if let Some(example) = examples::of(code) {
+            let source = example.source(code);
+            let findings = example.findings(&source);
+            let told = findings.iter().map(|f| f.render(&source, Color::Never));
+            explained.example = Some(example.text);
+            explained.told = Some(told.collect());
+        }
+        explained
     }
 }
 
 fn print_code(code: Code, is_json: bool) -> Result<(), Failure> {
-    let explained = ExplainedCode::new(code);
+    let explained = ExplainedCode::with_example(code);
     if is_json {
         return match serde_json::to_string_pretty(&explained) {
             Ok(json) => talk::data(&json),
@@ -245,7 +265,16 @@ fn print_code(code: Code, is_json: bool) -> Result<(), Failure> {
         };
     }
     talk::data(&format!("{} ({})", explained.code, explained.severity))?;
-    talk::data(&explained.explanation)
+    talk::data(&explained.explanation)?;
+    if let (Some(example), Some(told)) = (explained.example, explained.told) {
+        talk::data("\nFor example:\n")?;
+        for line in example.lines() {
+            talk::data(format!("    {line}").trim_end())?;
+        }
+        talk::data("\nIts author is told:\n")?;
+        talk::data(told.trim_end())?;
+    }
+    Ok(())
 }
 
 /// Lists every code.

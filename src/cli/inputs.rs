@@ -109,6 +109,10 @@ impl In {
         };
         for path in &self.imports {
             for file in files_of(path, None)? {
+                // a folder of shaders may hold pictures, too
+                if path.is_dir() && file.extension().is_none_or(|e| e != "wgsl") {
+                    continue;
+                }
                 inputs.module(&file)?;
             }
         }

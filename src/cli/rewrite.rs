@@ -108,6 +108,24 @@ pub(super) struct How {
     /// such as `params.width`, or an `override`.
     #[arg(long, value_name = "WIDTH")]
     linear: Option<Linear>,
+    /// Scale the gradients of textureSampleGrad by the block that a primary stands for, as hardware VRS does on its own.
+    #[arg(long)]
+    scale_gradients: bool,
+    /// Bias the level of textureSampleLevel by log2 of the rate, for the texture of this name. Can be given again.
+    #[arg(long, value_name = "NAME")]
+    bias_level: Vec<String>,
+    /// Two writable bindings that are never the same memory, by your word. Can be given again.
+    #[arg(long, value_name = "A,B", value_parser = parse_distinct)]
+    distinct: Vec<[String; 2]>,
+}
+
+fn parse_distinct(text: &str) -> Result<[String; 2], String> {
+    match text.split_once(',') {
+        Some((a, b)) if !a.is_empty() && !b.is_empty() && a != b && !b.contains(',') => {
+            Ok([a.to_owned(), b.to_owned()])
+        }
+        _ => Err(format!("`{text}` is not A,B, the names of two bindings")),
+    }
 }
 
 fn parse_target(text: &str) -> Result<(String, Policy), String> {
@@ -223,6 +241,9 @@ impl How {
                 AtomicsName::Weight => Atomics::Weight,
             },
             linear: self.linear.clone(),
+            scale_gradients: self.scale_gradients,
+            bias_level: self.bias_level.iter().cloned().collect(),
+            distinct: self.distinct.clone(),
             ..Options::default()
         })
     }

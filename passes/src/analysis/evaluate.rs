@@ -209,7 +209,13 @@ impl<'a> Walk<'a> {
                     let operands = address.terms();
                     let global = target.global;
                     let span = function.expressions.get_span(handle);
-                    self.note_access(frame, AccessKind::Load, target, address, span);
+                    self.note_access(
+                        frame,
+                        AccessKind::Load { value: handle },
+                        target,
+                        address,
+                        span,
+                    );
                     self.terms.opaque(Opacity::Written(global), operands)
                 }
                 None => self.original(frame, handle),
@@ -319,7 +325,13 @@ impl<'a> Walk<'a> {
                 element: Vec::new(),
             };
             let address = Address::Part(place.steps.clone());
-            self.note_access(frame, AccessKind::Load, target, address, span);
+            self.note_access(
+                frame,
+                AccessKind::Load { value: handle },
+                target,
+                address,
+                span,
+            );
             return self
                 .terms
                 .opaque(Opacity::Written(global), dynamic(&place.steps));

@@ -5,6 +5,7 @@
 //! [terms](term) of its address and the [guards](guard) on the way to it. [`depends`] tells what a term depends on and
 //! [`tangent`] how it moves with the ids.
 
+mod dead;
 pub mod depends;
 pub mod env;
 mod evaluate;
@@ -135,7 +136,10 @@ pub enum AccessKind {
         value: Handle<Expression>,
     },
     /// A load from memory that the shader writes.
-    Load,
+    Load {
+        /// What was loaded.
+        value: Handle<Expression>,
+    },
     /// An atomic.
     Atomic {
         /// Whether its result is used.
@@ -145,6 +149,25 @@ pub enum AccessKind {
     },
 }
 
+impl AccessKind {
+    /// Whether it changes what is there.
+    pub fn writes(self) -> bool {
+        !matches!(self, AccessKind::Load { .. })
+    }
+
+    /// Whether what is there afterwards is a value of the invocation's, whatever was there before.
+    pub fn replaces(self) -> bool {
+        matches!(
+            self,
+            AccessKind::Store { .. }
+                | AccessKind::Atomic {
+                    function: AtomicKind::Exchange,
+                    ..
+                }
+        )
+    }
+}
+
 /// What an atomic does, as far as it matters when one invocation stands for several.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AtomicKind {
@@ -152,6 +175,8 @@ pub enum AtomicKind {
     Sum,
     /// `min`, `max`, `and`, `or` of integers: again and again is once.
     Once,
+    /// It takes what is there and leaves another value: at a place that is the invocation's own, a load and a store.
+    Exchange,
     /// Anything else, by its WGSL name.
     Other(&'static str),
 }

@@ -9,9 +9,9 @@ use naga::{BuiltIn, Module, ShaderStage, Span, TypeInner, valid::ModuleInfo};
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    Options,
+    Entries, Options,
     analysis::{
-        AccessKind, Facts,
+        Facts,
         guard::Formula,
         tangent::{Slope, Tangent},
     },
@@ -61,7 +61,7 @@ pub struct Store {
     pub target: String,
     /// Where the store stands.
     pub place: Option<ToldPlace>,
-    /// How a duplicate's address is found: `offset` or `recomputed`.
+    /// How a duplicate's address is found: `offset`, `recomputed` or `weighed`; `full` if every pixel stores for itself.
     pub how: String,
     /// Why so: how the address moves, or what it is made of.
     pub why: String,
@@ -111,30 +111,58 @@ fn explain_entry(
         stores: Vec::new(),
         findings: Vec::new(),
     };
-    // what only the rewrite finds out: places that are taken, entry points that are rewritten already
-    if let Err(refusal) = crate::rewrite(module, info, entry.name.as_str(), options) {
-        explained.verdict = match refusal.findings.as_slice() {
-            [only] if only.code == Code::NothingPerPixel => Verdict::NothingPerPixel,
-            _ => Verdict::Refused,
-        };
-        let told = refusal.findings.iter().map(|f| Told::new(f, source));
-        explained.findings.extend(told);
-    }
-    // what is `full` is not copied: its stores are the original's
-    let split = full::split(module, &[index], options).ok().flatten();
-    let (module, info) = (split.as_ref()).map_or((module, info), |s| (&s.module, &s.info));
-    let facts = Facts::new(module, index);
-    if let Ok(plan) = plan::plan(module, info, &facts, index, options) {
+    let describe = |explained: &mut Explained, module: &Module, plan: &EntryPlan| {
         let words = Words {
             module,
             source,
             entry: index,
-            plan: &plan,
+            plan,
         };
         explained.domain = plan.domain.iter().map(|f| words.formula(f)).collect();
         explained.stores = words.stores();
         let warnings = plan.warnings.iter().map(|f| Told::new(f, source));
         explained.findings.extend(warnings);
+    };
+    let mut is_planned = false;
+    let name = Entries::Named(&entry.name);
+    let rewritten = crate::rewrite_and_look(module, info, name, options, &mut |module, plan| {
+        describe(&mut explained, module, plan);
+        is_planned = true;
+    });
+    if let Err(refusal) = &rewritten {
+        explained.verdict = match refusal.findings.as_slice() {
+            [only] if only.code == Code::NothingPerPixel => Verdict::NothingPerPixel,
+            _ => Verdict::Refused,
+        };
+        let told: Vec<Told> = (refusal.findings.iter())
+            .map(|finding| Told::new(finding, source))
+            .collect();
+        explained.findings.splice(0..0, told);
+    }
+    // what is `full` is not copied: its stores are the original's
+    let split = full::split(module, &[index], options).ok().flatten();
+    if !is_planned && rewritten.is_err() {
+        // a refusal that comes before any plan, such as a place that is taken, does not keep from telling the rest
+        let (module, info) = (split.as_ref()).map_or((module, info), |s| (&s.module, &s.info));
+        let facts = Facts::new(module, index);
+        if let Ok(plan) = plan::plan(module, info, &facts, index, options) {
+            describe(&mut explained, module, &plan);
+        }
+    }
+    let full = split.and_then(|split| split.full.get(&index).map(|full| full.targets.clone()));
+    for (global, span) in full::stores(module, index, &full.unwrap_or_default()) {
+        explained.stores.push(Store {
+            target: module.global_variables[global]
+                .name
+                .clone()
+                .unwrap_or_default(),
+            place: told_place(source, span),
+            how: "full".to_owned(),
+            why: "every pixel stores what the original does, before anything is left out"
+                .to_owned(),
+            guards: Vec::new(),
+            captures: Vec::new(),
+        });
     }
     explained
 }
@@ -159,6 +187,17 @@ fn remapped(module: &Module, entry: usize) -> Vec<String> {
     found.into_iter().map(str::to_owned).collect()
 }
 
+fn told_place(source: &Source, span: Span) -> Option<ToldPlace> {
+    let place = source.place(span)?;
+    Some(ToldPlace {
+        file: place.file,
+        line: place.line,
+        column: place.column,
+        snippet: source.snippet(span).unwrap_or_default(),
+        text: String::new(),
+    })
+}
+
 /// The author's words for what a plan is made of.
 struct Words<'w> {
     module: &'w Module,
@@ -171,14 +210,14 @@ impl Words<'_> {
     fn stores(&self) -> Vec<Store> {
         let copies = self.plan.copies.iter().map(|copy| {
             let access = &self.plan.found.accesses[copy.access];
-            debug_assert!(matches!(access.kind, AccessKind::Store { .. }));
+            debug_assert!(access.kind.writes());
             let (how, why) = self.how(&copy.how);
             Store {
                 target: self.module.global_variables[access.target.global]
                     .name
                     .clone()
                     .unwrap_or_default(),
-                place: self.place(access.span),
+                place: told_place(self.source, access.span),
                 how: how.to_owned(),
                 why,
                 guards: copy.guards.iter().map(|f| self.formula(f)).collect(),
@@ -186,17 +225,6 @@ impl Words<'_> {
             }
         });
         copies.collect()
-    }
-
-    fn place(&self, span: Span) -> Option<ToldPlace> {
-        let place = self.source.place(span)?;
-        Some(ToldPlace {
-            file: place.file,
-            line: place.line,
-            column: place.column,
-            snippet: self.source.snippet(span).unwrap_or_default(),
-            text: String::new(),
-        })
     }
 
     fn how(&self, how: &How) -> (&'static str, String) {

@@ -10,7 +10,7 @@
 
 use naga::{
     AtomicFunction, Block, CooperativeData, Expression, Function, GatherMode, GlobalVariable,
-    Handle, ImageQuery, RayPipelineFunction, RayQueryFunction, SampleLevel, Statement,
+    Handle, ImageQuery, RayPipelineFunction, RayQueryFunction, SampleLevel, Span, Statement,
 };
 
 /// Writes the two visitors, shared and exclusive, from one list of operands.
@@ -359,6 +359,14 @@ pub fn statements<'a>(block: &'a Block, visit: &mut dyn FnMut(&'a Statement)) {
     for statement in block {
         visit(statement);
         sub_blocks(statement, &mut |inner| statements(inner, visit));
+    }
+}
+
+/// As [`statements`], with the place of each in the source.
+pub fn spanned_statements<'a>(block: &'a Block, visit: &mut dyn FnMut(&'a Statement, Span)) {
+    for (statement, &span) in block.span_iter() {
+        visit(statement, span);
+        sub_blocks(statement, &mut |inner| spanned_statements(inner, visit));
     }
 }
 

@@ -61,11 +61,12 @@ impl Planner<'_> {
         let terms = access.address.terms();
         let axes = self.axes(store);
         if let AccessKind::Atomic { function, .. } = kind
+            && !kind.replaces()
             && !axes.on_ids_alone()
         {
             return self.plan_weight(store, domain, function);
         }
-        let is_atomic = matches!(kind, AccessKind::Atomic { .. });
+        let is_atomic = matches!(kind, AccessKind::Atomic { .. }) && !kind.replaces();
         if !axes.contains(Depends::X | Depends::Y) && !is_atomic {
             self.say(
                 Finding::new(
@@ -187,7 +188,8 @@ impl Planner<'_> {
                         format!("a store to `{name}` runs only for some ids and does not go to the pixel's own place"),
                     )
                     .at(span, "lost when the invocation that runs it is a duplicate")
-                    .at(condition_span, "the condition on the ids"),
+                    .at(condition_span, "the condition on the ids")
+                    .help(format!("`--target {name}=full` has every pixel store there what the original does; or move this store to an entry point of its own")),
                 );
                 return None;
             }
@@ -207,7 +209,8 @@ impl Planner<'_> {
                     ),
                 )
                 .at(condition_span, "the condition on the ids")
-                .at(span, "copied wherever the primary stores"),
+                .at(span, "copied wherever the primary stores")
+                .help("keep both sides of the condition in blocks of their own, or at full rate, where that shows"),
             );
         }
         Some(asked)
@@ -272,7 +275,7 @@ fn is_identity(tangents: &[Tangent]) -> bool {
 /// Whether different pixels of a layer surely have different addresses: two parts that move independently, or one that
 /// moves by different strides along x and y (that the longer stride spans a row is the author's business: without
 /// that, the original races).
-fn is_one_to_one(tangents: &[Tangent]) -> bool {
+pub(super) fn is_one_to_one(tangents: &[Tangent]) -> bool {
     let numbers = |t: &Tangent| {
         let [x, y, _] = t.pixel;
         (x.symbol.is_none() && y.symbol.is_none()).then_some((x.constant, y.constant))

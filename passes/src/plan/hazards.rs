@@ -27,7 +27,7 @@ impl Planner<'_> {
         for index in 0..self.found.accesses.len() {
             match self.access(index).kind {
                 AccessKind::Atomic { used, function } => self.check_atomic(index, used, function),
-                AccessKind::Load => self.check_read(index),
+                AccessKind::Load { .. } => self.check_read(index),
                 AccessKind::Store { .. } => {}
             }
         }
@@ -74,16 +74,19 @@ impl Planner<'_> {
                 continue;
             }
             let name = self.name(global);
-            let store = self.found.accesses.iter().find(|access| {
-                access.target.global == global && !matches!(access.kind, AccessKind::Load)
-            });
+            let store = self
+                .found
+                .accesses
+                .iter()
+                .find(|access| access.target.global == global && access.kind.writes());
             let span = store.map_or(Span::UNDEFINED, |store| store.span);
             self.say(
                 Finding::new(
                     Code::PolicyRefuses,
                     format!("the entry point stores to `{name}`, whose policy is `refuse`"),
                 )
-                .at(span, "stores here"),
+                .at(span, "stores here")
+                .help(format!("leave `--target {name}=refuse` out, or move this store to an entry point of its own")),
             );
         }
     }
@@ -92,6 +95,10 @@ impl Planner<'_> {
         let access = self.access(index);
         let (span, name) = (access.span, self.name(access.target.global));
         let refusal = |why: String| Finding::new(Code::Atomic, why);
+        if function == AtomicKind::Exchange {
+            self.check_exchange(index);
+            return;
+        }
         if let AtomicKind::Other(function) = function {
             self.say(
                 refusal(format!(
@@ -122,10 +129,16 @@ impl Planner<'_> {
     /// A read of memory that the shader writes is safe if it is a read of the invocation's own place.
     fn check_read(&mut self, index: usize) {
         let read = self.access(index);
-        let own =
-            self.found.accesses.iter().any(|store| {
-                matches!(store.kind, AccessKind::Store { .. }) && same_place(read, store)
-            });
+        let (global, accesses) = (read.target.global, &self.found.accesses);
+        if !accesses
+            .iter()
+            .any(|access| access.target.global == global && access.kind.writes())
+        {
+            return; // what would store there is ruled out by a constant
+        }
+        let own = accesses
+            .iter()
+            .any(|store| store.kind.replaces() && same_place(read, store));
         let (span, name) = (read.span, self.name(read.target.global));
         if own && self.policy(read.target.global) == Policy::Leader {
             self.say(

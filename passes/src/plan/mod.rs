@@ -7,6 +7,7 @@
 mod addresses;
 mod captures;
 mod domain;
+mod exchanges;
 mod hazards;
 mod iterations;
 pub mod regions;
@@ -128,6 +129,11 @@ pub fn plan<'a>(
     let targets = facts
         .written()
         .into_iter()
+        // a store that a constant rules out stores nothing
+        .filter(|&global| {
+            let stored = |access: &Access| access.target.global == global && access.kind.writes();
+            planner.found.accesses.iter().any(stored)
+        })
         .map(|global| TargetPlan {
             global,
             policy: options.policy(name_of(module, global)),
@@ -195,7 +201,7 @@ impl Planner<'_> {
             .accesses
             .iter()
             .enumerate()
-            .filter(|(_, access)| !matches!(access.kind, AccessKind::Load))
+            .filter(|(_, access)| !matches!(access.kind, AccessKind::Load { .. }))
             .map(|(index, _)| index)
             .collect()
     }

@@ -259,3 +259,23 @@ pub fn check_limits(
     }
     Ok(())
 }
+
+/// Whether a shader may write a resource.
+pub fn is_writable(module: &Module, global: &naga::GlobalVariable) -> bool {
+    let ty = match module.types[global.ty].inner {
+        naga::TypeInner::BindingArray { base, .. } => base,
+        _ => global.ty,
+    };
+    let access = match (global.space, &module.types[ty].inner) {
+        (naga::AddressSpace::Storage { access }, _) => access,
+        (
+            _,
+            naga::TypeInner::Image {
+                class: naga::ImageClass::Storage { access, .. },
+                ..
+            },
+        ) => *access,
+        _ => return false,
+    };
+    access.contains(naga::StorageAccess::STORE)
+}

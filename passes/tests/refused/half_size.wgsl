@@ -19,3 +19,5 @@ error[VRCS012]: a store to `half` runs only for some ids and does not go to the 
   │        ----------------- the condition on the ids
 9 │         textureStore(half, id.xy / 2u, vec4(0.5));
   │         ^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^ lost when the invocation that runs it is a duplicate
+  │
+  = help: `--target half=full` has every pixel store there what the original does; or move this store to an entry point of its own

@@ -6,3 +6,4 @@ fn main() -> @location(0) vec4<f32> {
 // ---- is refused ----
 
 error[VRCS001]: the module has no compute entry point
+ = help: name a shader with `@compute`; vertex and fragment shaders have the hardware's variable-rate shading

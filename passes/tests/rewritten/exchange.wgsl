@@ -16,6 +16,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
 //   │
 // 7 │     let mine = atomicAdd(&found, id.x);
 //   │                ^^^^^^^^^ only the invocation itself can know it
+//   │
+//   = help: to save the memory, compute it from the ids behind the barrier
 //
 
 @group(0) @binding(0)

@@ -21,6 +21,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
 //   │        ^^^^^^^^^^^^^^^^^^^ the condition on the ids
 // 9 │         textureStore(picture, id.xy, vec4(1.0));
 //   │         -------------------------------------- copied wherever the primary stores
+//   │
+//   = help: keep both sides of the condition in blocks of their own, or at full rate, where that shows
 //
 // warning[VRCS100]: a store to `picture` runs only for some ids; its copies follow the primary
 //    ┌─ split.wgsl:8:8
@@ -30,6 +32,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
 //    ·
 // 11 │         textureStore(picture, id.xy, vec4(0.0));
 //    │         -------------------------------------- copied wherever the primary stores
+//    │
+//    = help: keep both sides of the condition in blocks of their own, or at full rate, where that shows
 //
 
 struct Frame {

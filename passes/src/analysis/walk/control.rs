@@ -8,7 +8,7 @@ use super::{BreakTarget, Exit, Frame, Outcome, Walk, conditions_of};
 use crate::analysis::{
     env::{Changes, Variable, changed},
     evaluate::{Root, Value},
-    facts::constant_steps,
+    facts::{Effects, constant_steps},
     guard::{self, Formula},
     term::{Loop, LoopId, LoopVariable, Operands, Term, TermId},
 };
@@ -22,6 +22,11 @@ impl<'a> Walk<'a> {
         accept: &'a Block,
         reject: &'a Block,
     ) -> bool {
+        if let Some(naga::Literal::Bool(holds)) = self.terms.as_literal(condition)
+            && !self.works_together()
+        {
+            return self.only_branch(frame, holds, accept, reject);
+        }
         let (accepted, accept_changes) = self.guarded(frame, Formula::Is(condition, true), accept);
         let (rejected, reject_changes) = self.guarded(frame, Formula::Is(condition, false), reject);
         match (accepted.falls, rejected.falls) {
@@ -49,6 +54,31 @@ impl<'a> Walk<'a> {
             }
             (false, false) => false,
         }
+    }
+
+    /// Walks the one branch that a constant leaves, on this path of calls; what the other would do is never done.
+    fn only_branch(
+        &mut self,
+        frame: &mut Frame<'a>,
+        holds: bool,
+        accept: &'a Block,
+        reject: &'a Block,
+    ) -> bool {
+        if !holds {
+            frame.numbering.skip(accept);
+        }
+        let outcome = self.block(frame, if holds { accept } else { reject });
+        if holds {
+            frame.numbering.skip(reject);
+        }
+        self.guards.extend(outcome.passed);
+        outcome.falls
+    }
+
+    /// Whether invocations work together: what the regions between barriers are made of is looked for everywhere.
+    fn works_together(&self) -> bool {
+        let ties = Effects::BARRIER | Effects::WORKGROUP | Effects::SUBGROUP;
+        self.facts.entry.effects.intersects(ties)
     }
 
     /// Walks a block under a condition, and takes its changes off. What it passed starts with the condition.

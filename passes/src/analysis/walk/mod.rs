@@ -68,7 +68,7 @@ pub(super) struct Walk<'a> {
     guards: Vec<Formula>,
     targets: Vec<BreakTarget>,
     instances: Vec<Instance>,
-    accesses: Vec<Access>,
+    pub(super) accesses: Vec<Access>,
     ties: Vec<TieSite>,
     conditions: Vec<ConditionSite>,
     frames: u32,
@@ -221,6 +221,7 @@ impl<'a> Walk<'a> {
         }
         self.guards.truncate(frame.guard_base);
         if let Some(instance) = instance {
+            self.drop_dead_loads(&frame, instance);
             self.instances[instance.0 as usize].values = frame
                 .values
                 .iter()
@@ -434,6 +435,7 @@ impl<'a> Walk<'a> {
             A::And => AtomicKind::Other("atomicAnd"),
             A::InclusiveOr => AtomicKind::Other("atomicOr"),
             A::ExclusiveOr => AtomicKind::Other("atomicXor"),
+            A::Exchange { compare: None } if is_integer => AtomicKind::Exchange,
             A::Exchange { compare: None } => AtomicKind::Other("atomicExchange"),
             A::Exchange { compare: Some(_) } => AtomicKind::Other("atomicCompareExchangeWeak"),
         }

@@ -63,7 +63,8 @@ impl Regions {
                     Code::Exchanged,
                     format!("{called} is handed to the invocation that shades for it through workgroup memory"),
                 )
-                .at(span, "only the invocation itself can know it"),
+                .at(span, "only the invocation itself can know it")
+                .help("to save the memory, compute it from the ids behind the barrier"),
             );
         }
         for stores in self.masked.values() {

@@ -1,0 +1,7 @@
+// entry: shadow
+@group(0) @binding(0) var picture: texture_storage_2d<rgba8unorm, write>;
+
+@compute @workgroup_size(8, 8)
+fn shade(@builtin(global_invocation_id) id: vec3<u32>) {
+    textureStore(picture, id.xy, vec4(1.0));
+}

@@ -1,0 +1,10 @@
+@group(0) @binding(0) var picture: texture_storage_2d<rgba8unorm, write>;
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x < 32u { // here
+        textureStore(picture, id.xy, vec4(0.0));
+    } else {
+        textureStore(picture, id.xy, vec4(1.0));
+    }
+}

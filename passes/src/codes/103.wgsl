@@ -1,0 +1,8 @@
+@group(0) @binding(0) var picture: texture_storage_2d<r32uint, write>;
+var<workgroup> stack: array<u32, 64>;
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    stack[lane] = id.x * id.y;
+    textureStore(picture, id.xy, vec4<u32>(stack[lane])); // here
+}
