@@ -151,6 +151,12 @@ impl Session<'_> {
             unreachable!("the runs were logged");
         };
         for run in &runs {
+            if let Some(site) = run.log.exchanged_outside(&logging.sites) {
+                return Err(inconclusive(format!(
+                    "the original exchanges something outside its resource{}, so what it gets is chance",
+                    self.at(site.span)
+                )));
+            }
             if let Some(race) = run.log.race(&logging.sites) {
                 let [a, b] = race.invocations.map(|i| position(i, watch.grid));
                 let site = &logging.sites[race.site as usize];

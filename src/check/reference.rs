@@ -118,13 +118,22 @@ impl Log {
             .collect()
     }
 
+    /// A site that exchanges something outside its resource. A driver may drop that, or confine it to a place where others exchange,
+    /// too: who gets what is chance, and goes on from there into every output.
+    pub fn exchanged_outside<'s>(&self, sites: &'s [Site]) -> Option<&'s Site> {
+        let outside = self.stores.iter().flatten().filter(|s| s.place == OUTSIDE);
+        outside
+            .map(|stored| &sites[stored.site as usize])
+            .find(|site| is_exchange(site))
+    }
+
     /// The first place that two invocations store to, if there is one.
     pub fn race(&self, sites: &[Site]) -> Option<Race> {
         let mut owners: HashMap<(usize, u32), usize> = HashMap::new();
         for (invocation, stores) in self.stores.iter().enumerate() {
             for stored in stores.iter().filter(|stored| stored.place != OUTSIDE) {
                 let site = &sites[stored.site as usize];
-                if site.atomic.is_some() {
+                if site.atomic.is_some() && !is_exchange(site) {
                     continue;
                 }
                 for unit in units(site, stored.place) {
@@ -483,4 +492,12 @@ mod tests {
             Some([0, 1])
         );
     }
+}
+
+/// Whether a site takes what is there and leaves another value.
+fn is_exchange(site: &Site) -> bool {
+    matches!(
+        site.atomic.map(|atomic| atomic.function),
+        Some(naga::AtomicFunction::Exchange { .. })
+    )
 }
