@@ -416,6 +416,14 @@ impl Pattern {
     }
 }
 
+/// Whether a site takes what is there and leaves another value.
+fn is_exchange(site: &Site) -> bool {
+    matches!(
+        site.atomic.map(|atomic| atomic.function),
+        Some(naga::AtomicFunction::Exchange { .. })
+    )
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -492,12 +500,4 @@ mod tests {
             Some([0, 1])
         );
     }
-}
-
-/// Whether a site takes what is there and leaves another value.
-fn is_exchange(site: &Site) -> bool {
-    matches!(
-        site.atomic.map(|atomic| atomic.function),
-        Some(naga::AtomicFunction::Exchange { .. })
-    )
 }

@@ -17,6 +17,8 @@ pub struct Package {
     imports: &'static [(&'static str, &'static str)],
     /// A folder whose files are imported by their names, as vello does.
     named: Option<&'static str>,
+    /// What stands before its shaders and did not have to for the naga that it was published with.
+    head: &'static str,
 }
 
 const fn plain(name: &'static str, version: &'static str) -> Package {
@@ -26,6 +28,7 @@ const fn plain(name: &'static str, version: &'static str) -> Package {
         defines: &[],
         imports: &[],
         named: None,
+        head: "",
     }
 }
 
@@ -51,9 +54,11 @@ const fn bevy(name: &'static str) -> Package {
             ("SAMPLES_PER_SLICE_SIDE", "3"),
             ("PER_OBJECT_BUFFER_BATCH_SIZE", "64"),
             ("MATERIAL_BIND_GROUP", "3"),
+            ("WORLD_CACHE_SIZE", "1048576"),
         ],
         imports: BEVY,
         named: None,
+        head: "",
     }
 }
 
@@ -66,7 +71,10 @@ pub const PACKAGES: &[Package] = &[
     bevy("bevy_pbr"),
     bevy("bevy_post_process"),
     bevy("bevy_render"),
-    bevy("bevy_solari"),
+    Package {
+        head: "enable wgpu_binding_array;\n",
+        ..bevy("bevy_solari")
+    },
     plain("blade-render", "0.4.0"),
     plain("cuneus", "0.6.4"),
     Package {
@@ -80,6 +88,14 @@ pub struct File {
     /// Its path in the crate.
     pub path: String,
     pub shader: Result<Shader, Invalid>,
+    text: String,
+}
+
+impl File {
+    /// Whether an entry point is its own, and none of a module that it imports.
+    pub fn has(&self, entry: &str) -> bool {
+        self.text.contains(&format!("fn {entry}("))
+    }
 }
 
 impl Package {
@@ -114,8 +130,9 @@ impl Package {
             let name = path.strip_prefix(&root).expect("a file of the crate");
             let name = name.display().to_string();
             files.push(File {
-                shader: reader.wgsl([(name.clone(), text)]),
+                shader: reader.wgsl([(name.clone(), format!("{}{text}", self.head))]),
                 path: name,
+                text,
             });
         }
         Some(files)

@@ -27,8 +27,8 @@ fn rows() -> Option<Vec<(Row, Option<Shader>)>> {
     let is_wanted = |name: &str| child.as_ref().is_none_or(|child| child.starts_with(name));
     for package in PACKAGES.iter().filter(|package| is_wanted(package.name)) {
         for file in package.files()? {
-            let shader = match file.shader {
-                Ok(shader) => shader,
+            let shader = match &file.shader {
+                Ok(shader) => shader.clone(),
                 Err(invalid) => {
                     let became = Became::NotRead(table::first_line(&invalid.rendered));
                     let row = Row::new(package, &file.path, "", (became.clone(), became, None));
@@ -36,11 +36,10 @@ fn rows() -> Option<Vec<(Row, Option<Shader>)>> {
                     continue;
                 }
             };
-            let compute = shader
-                .module
-                .entry_points
-                .iter()
-                .filter(|entry| entry.stage == naga::ShaderStage::Compute);
+            let compute =
+                shader.module.entry_points.iter().filter(|entry| {
+                    entry.stage == naga::ShaderStage::Compute && file.has(&entry.name)
+                });
             for entry in compute {
                 let became = table::rewritten(&shader, &entry.name);
                 let row = Row::new(package, &file.path, &entry.name, became);

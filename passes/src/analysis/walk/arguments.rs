@@ -1,6 +1,6 @@
 //! What an entry point starts with: its workgroup size and its builtins.
 
-use naga::{BinaryOperator, TypeInner};
+use naga::{BinaryOperator, Literal, TypeInner};
 
 use super::Walk;
 use crate::analysis::{
@@ -54,6 +54,8 @@ impl Walk<'_> {
         {
             return term;
         }
+        let [_, height, depth] = group_size.map(|size| self.terms.as_literal(size));
+        let one = Some(Literal::U32(1));
         let mut vector = |id: &dyn Fn(u8) -> Id| {
             let parts = (0..3)
                 .map(|axis| self.terms.intern(Term::Id(id(axis))))
@@ -61,6 +63,10 @@ impl Walk<'_> {
             self.terms.vector(scalar, parts)
         };
         match binding.to_built_in() {
+            // in a workgroup of one row, a place in the row: it says nothing of the other axes
+            Some(B::LocalInvocationIndex) if height == one && depth == one => {
+                self.terms.intern(Term::Id(Id::Local(0)))
+            }
             Some(B::GlobalInvocationId) => vector(&Id::Global),
             Some(B::LocalInvocationId) => vector(&Id::Local),
             Some(B::WorkGroupId) => vector(&Id::Group),
