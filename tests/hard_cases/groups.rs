@@ -27,7 +27,7 @@ pub const FAMILY: Family = Family {
             name: "tiles with 0, 1, 31, 32, 33, 223, 224, 225, 255 and 256 primaries",
             hazard: "a count of 8 bits wraps 256 to 0, which means sky; 224 and 225 fall on different sides of the rule",
             bound: "the header counts each; only a tile that is full is an identity, and only one without cover is sky",
-            guard: "the sky flag of TileBuild::finish is told by a count of 9 bits; with `covered & 0xff == 0` the tile of 256 is sky",
+            guard: "the sky flag of TileBuild::finish is told by a count of 9 bits; with `covered & 0xff == 0` the tile of 256 is sky (tried)",
             run: counts,
         },
         Case {
@@ -43,7 +43,7 @@ pub const FAMILY: Family = Family {
             name: "random rates and surfaces at random sizes",
             hazard: "a pixel has two primaries, or none",
             bound: "the map is idempotent, stays in a block, joins only pixels of one surface, and has as many primaries as entries",
-            guard: "left &= !members in TileBuild::block; without it groups overlap",
+            guard: "TileBuild::block: members leave what is left, and lie in the extent; without the extent's width they lie outside (tried)",
             run: partitions,
         },
         Case {

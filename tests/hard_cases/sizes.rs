@@ -43,7 +43,7 @@ pub const FAMILY: Family = Family {
             name: "each pixel written exactly once, up to 16,384 wide or high",
             hazard: "a pixel written twice, or never, in the last odd column",
             bound: "once, at 12 sizes, all rates mixed",
-            guard: "entry_of cuts its mask to the extent; without it pixels outside are written",
+            guard: "TileBuild::block cuts its mask to the extent; without that (1, 0) of a picture of one pixel is written (tried)",
             run: exactly_once,
         },
         Case {
