@@ -3,8 +3,8 @@
 //! A pass that draws up what others have scattered, and clears it for the next frame, does so. If nobody else can touch the place,
 //! it is a target that the invocation also reads at its own pixel, and is treated as one.
 //!
-//! *Refuses*: a place that is not one-to-one with the invocation, a place in a loop, and places a known number apart where that
-//! number may lead to another invocation's: who comes first would decide.
+//! *Refuses*: shaders whose invocations work together, a place that is not one-to-one with the invocation, a place in a loop, and
+//! places a known number apart where that number may lead to another invocation's: who comes first would decide.
 
 use naga::BinaryOperator;
 
@@ -63,6 +63,10 @@ impl Planner<'_> {
 
     /// Why the place of an exchange may be another invocation's.
     fn why_not_own(&mut self, index: usize) -> Option<&'static str> {
+        // the parts between barriers may run twice, once for the workgroup and once for the pixels
+        if !self.found.ties.is_empty() {
+            return Some("the invocations of a workgroup work together");
+        }
         let access = self.access(index);
         if !access.loops.is_empty() {
             return Some("it stands in a loop");
