@@ -261,6 +261,15 @@ pub(crate) fn rewrite(
         if auto::works_together(original, info, index) {
             return Err(auto::needs_tiles(&name, options.mode).into());
         }
+        // what a pixel shares is asked for by the ids of the dispatch, which have to be the pixel's
+        if options.linear.is_some() {
+            return Err(Finding::new(
+                Code::UnfitOption,
+                format!("`{name}` numbers its pixels in one dimension, and graded mode knows them by two"),
+            )
+            .help("dispatch it in two dimensions, or choose mode `tiled`")
+            .into());
+        }
         bindings::check_limits(original, info, index, options)?;
         begin(&mut module, index, grade);
         let targets = Vec::new();

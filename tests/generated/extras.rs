@@ -63,7 +63,7 @@ pub fn choose(
     }
     if g.says("vrcs_") {
         g.shape("intrinsics");
-        if g.one_in(2) {
+        if g.one_in(2) && options.linear.is_none() {
             g.shape("graded");
             options.mode = Mode::Graded;
             return (Expect::Rewritten, options);

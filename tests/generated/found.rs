@@ -1,13 +1,13 @@
 //! What long runs have found, shrunk: each was a defect of the rewriter or of the check, and is held from then on.
 
 use vrcs_passes::{
-    Options,
-    options::{Atomics, Policy},
+    Code, Options,
+    options::{Atomics, Linear, Mode, Policy},
 };
 
 use super::{
     grammar::{Expect, Shader},
-    judge::{Outcome, judge},
+    judge::{Outcome, judge, rewritten},
 };
 
 const FRAME: &str = "
@@ -191,4 +191,41 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let mut options = Options::default();
     options.targets.insert("fine".to_owned(), Policy::Full);
     holds_with(text, options, [29, 23], 2_005_006_017);
+}
+
+/// Numbers 2011006098 and 2003006100. Graded mode asks for what a pixel shares by the ids of the dispatch, and took the number of a
+/// pixel for its column: such a dispatch is refused.
+#[test]
+fn graded_mode_takes_no_dispatch_of_one_dimension() {
+    let text = "
+@group(0) @binding(2) var picture: texture_storage_2d<rgba16float, write>;
+
+fn vrcs_copies() -> u32 {
+    return 0u;
+}
+
+@compute @workgroup_size(256)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    let pixel = vec2<u32>(id.x % frame.width, id.x / frame.width);
+    textureStore(picture, pixel, vec4<f32>(f32(vrcs_copies())));
+}
+";
+    let options = Options {
+        mode: Mode::Graded,
+        linear: Some(Linear::Pixels(26)),
+        ..Options::default()
+    };
+    let shader = Shader {
+        text: format!("{FRAME}{text}"),
+        expect: Expect::Refused(Code::UnfitOption),
+        options: options.clone(),
+        size: [26, 20],
+        shapes: Vec::new(),
+    };
+    let refused = rewritten(&shader, &options);
+    assert!(
+        matches!(refused, Ok(Err(Code::UnfitOption))),
+        "{:?}",
+        refused.err()
+    );
 }
