@@ -6,6 +6,10 @@ use std::{
 };
 
 use image::{DynamicImage, ImageFormat, Luma, Rgb, Rgb32FImage, RgbImage};
+use vrcs::{
+    scenes::SceneName,
+    tradeoff::{realise::realise, setting::presets},
+};
 
 fn vrcs(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_vrcs"))
@@ -575,6 +579,24 @@ fn a_plan_has_what_its_scene_declares_and_nothing_else() {
         }
         assert!(json["own"].as_array().expect("a list").len() > 1);
     }
+    // what is printed is what the report says, and what runs
+    for scene in SceneName::ALL {
+        for preset in presets() {
+            let shown = text(&plan(&[scene.name(), "--preset", preset.name]).stdout);
+            let found = realise(scene, &preset.setting, false).expect("a preset");
+            for line in found.lines(scene) {
+                assert!(shown.lines().any(|shown| shown == line), "{line}: {shown}");
+            }
+            // no mask that no scene supplies is bound
+            assert!(!shown.contains("flags"), "{shown}");
+        }
+    }
+    assert_error(
+        &plan(&["text", "--preset", "Best"]),
+        2,
+        &["Best", "Balanced"],
+        &tempfile::tempdir().expect("a folder"),
+    );
     let folder = folder();
     let scene = at(&folder, "scene.toml");
     std::fs::write(&scene, "colour = \"sqrt-luma\"\n").expect("a file");

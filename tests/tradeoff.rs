@@ -134,7 +134,14 @@ fn a_quick_study_is_whole_and_goes_on_where_it_was_interrupted() {
         .collect();
     assert_eq!(
         effects,
-        ["motion", "ids and depth", "sky", "hysteresis", "deblocking"]
+        [
+            "motion",
+            "ids and depth",
+            "grain",
+            "sky",
+            "hysteresis",
+            "deblocking"
+        ]
     );
     check_truth(&scene["truth"]["curve"]);
 

@@ -58,9 +58,11 @@ struct Frame {
 @group(0) @binding(15) var traced: texture_2d<f32>;
 @group(0) @binding(16) var picture: texture_storage_2d<rgba8unorm, write>;
 
-// Surface ids alone; smoothness and Rf0. See gbuffer.wgsl.
+// Surface ids alone; smoothness and Rf0; see gbuffer.wgsl.
 @group(0) @binding(17) var surfaces_out: texture_storage_2d<r32uint, write>;
 @group(0) @binding(18) var materials_out: texture_storage_2d<rgba8unorm, write>;
+// Where noise is.
+@group(0) @binding(19) var noise_out: texture_storage_2d<r32float, write>;
 
 const PI: f32 = 3.14159265;
 const SKY: u32 = 0u;

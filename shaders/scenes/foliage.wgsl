@@ -1,4 +1,4 @@
-// A hedge and grass: alpha-tested leaves, each a surface of its own, the known worst case for variable rates.
+// Trees and grass: alpha-tested leaves, each a surface of its own, the known worst case for variable rates.
 
 const STEPS: u32 = 180u;
 const LIGHTS: u32 = 2u;

@@ -28,6 +28,16 @@ fn material_ids(@builtin(global_invocation_id) id: vec3<u32>) {
     textureStore(materials_out, at, vec4<f32>(1.0 - made.roughness, rf0, 0.0, 0.0));
 }
 
+// Where noise is, and how much of it, before anything is shaded.
+@compute @workgroup_size(8, 8)
+fn noise_mask(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= frame.size) {
+        return;
+    }
+    let at = vec2<i32>(id.xy);
+    textureStore(noise_out, at, vec4<f32>(grain_at(textureLoad(depth, at, 0).x), 0.0, 0.0, 0.0));
+}
+
 // Motion that follows from depth and where the camera was: what a renderer without motion vectors makes of what it has.
 @compute @workgroup_size(8, 8)
 fn camera_motion(@builtin(global_invocation_id) id: vec3<u32>) {

@@ -1,12 +1,12 @@
 // Hills under a wide sky with drifting fog, seen from a fast aircraft. Nothing but the camera moves, so motion comes from depth and
-// two matrices; large parts are sky.
+// two matrices; large parts are sky; the haze is grainy.
 
 const STEPS: u32 = 150u;
 const LIGHTS: u32 = 1u;
 const SHADOWS: u32 = 1u;
 const SHADOW_STEPS: u32 = 28u;
 const FOG: f32 = 0.010;
-const GRAIN: f32 = 0.02;
+const GRAIN: f32 = 0.05;
 
 const LAND: u32 = 1u;
 const LAKE: u32 = 2u;

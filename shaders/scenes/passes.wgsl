@@ -2,7 +2,8 @@
 //
 // A scene gives: `scene_distance(p, time)`, `scene_material(p, normal, surface)`, `scene_light(i)`, LIGHTS, `sky_colour(direction)`,
 // `moved(p, surface)`: where a point was one frame ago, `triangle_of(p, surface)`, and the constants STEPS, LIGHTS, SHADOWS,
-// SHADOW_STEPS, FOG and GRAIN. rays.wgsl or, in a scene without short rays, norays.wgsl gives `traced_at`.
+// SHADOW_STEPS, FOG and GRAIN. rays.wgsl or, in a scene without short rays, norays.wgsl gives `traced_at`; motion.wgsl or, in a
+// scene without motion vectors, nomotion.wgsl gives `note_motion_of` and `note_motion_of_sky`.
 
 fn scene_normal(p: vec3<f32>, scale: f32) -> vec3<f32> {
     let e = vec2<f32>(1.0, -1.0) * max(0.0006, scale * 0.0006);
@@ -30,7 +31,7 @@ fn trace(origin: vec3<f32>, direction: vec3<f32>, from_distance: f32, far: f32, 
     return Hit(far, SKY);
 }
 
-// Stands for the rasteriser: what each pixel shows, and where it was. Never variable-rate.
+// Stands for the rasteriser: what each pixel shows and, in a scene with motion vectors, where it was. Never variable-rate.
 @compute @workgroup_size(8, 8)
 fn geometry(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= frame.size) {
@@ -41,22 +42,19 @@ fn geometry(@builtin(global_invocation_id) id: vec3<u32>) {
     let hit = trace(camera.position, direction, camera.near, camera.far, STEPS);
     let at = vec2<i32>(id.xy);
     if hit.surface == SKY {
-        // the sky is infinitely far: only turning moves it
-        let before = seen_at(frame.camera_before, frame.camera_before.position + direction * 1e4);
+        note_motion_of_sky(id.xy, direction);
         textureStore(ids_out, at, vec4<u32>(0u));
         textureStore(depth_out, at, vec4<f32>(0.0));
         textureStore(normal_out, at, vec4<f32>(0.0, 1.0, 0.0, 0.0));
-        textureStore(motion_out, at, vec4<f32>(vec2<f32>(id.xy) + 0.5 - before, 0.0, 0.0));
         return;
     }
     let point = camera.position + direction * hit.distance;
     let normal = scene_normal(point, hit.distance);
-    let before = seen_at(frame.camera_before, moved(point, hit.surface));
+    note_motion_of(id.xy, point, hit.surface);
     let triangle = triangle_of(point, hit.surface) & 0xffffu;
     textureStore(ids_out, at, vec4<u32>(hit.surface | triangle << 16u, 0u, 0u, 0u));
     textureStore(depth_out, at, vec4<f32>(camera.near / hit.distance, 0.0, 0.0, 0.0));
     textureStore(normal_out, at, vec4<f32>(normal, 0.0));
-    textureStore(motion_out, at, vec4<f32>(vec2<f32>(id.xy) + 0.5 - before, 0.0, 0.0));
 }
 
 // Textures: colour, roughness and the like, of what each pixel shows.
@@ -134,6 +132,11 @@ fn lighting(@builtin(global_invocation_id) id: vec3<u32>) {
     textureStore(light_out, at, vec4<f32>(min(sum, vec3<f32>(4000.0)), 1.0));
 }
 
+// How strong grain is, 0 to 1: it lies in the haze, so that there is none close by and none in the sky.
+fn grain_at(inverse: f32) -> f32 {
+    return select(0.0, smoothstep(20.0, 90.0, frame.camera.near / max(inverse, 1e-6)), inverse > 0.0);
+}
+
 // Puts the picture together: fog, tone curve, grain.
 @compute @workgroup_size(8, 8)
 fn composite(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -167,7 +170,7 @@ fn composite(@builtin(global_invocation_id) id: vec3<u32>) {
     let curved = clamp(c * (2.51 * c + 0.03) / (c * (2.43 * c + 0.59) + 0.14), vec3<f32>(0.0), vec3<f32>(1.0));
     var shown = pow(curved, vec3<f32>(1.0 / 2.2));
     if GRAIN > 0.0 {
-        shown += GRAIN * (chance(id.x + 8192u * id.y + 0x3779b9u * frame.number) - 0.5);
+        shown += GRAIN * grain_at(inverse) * (chance(id.x + 8192u * id.y + 0x3779b9u * frame.number) - 0.5);
     }
     textureStore(picture, at, vec4<f32>(shown, 1.0));
 }

@@ -1,4 +1,4 @@
-// A test chart: smooth ramps at many slopes, and edges between colours of one luma. The first is where an estimator that watches
+// A test chart: smooth ramps at many slopes, across, down and aslant, and edges between colours of one luma. The first is where an estimator that watches
 // its own output oscillates, the second what luma cannot see.
 
 const STEPS: u32 = 24u;
@@ -23,9 +23,16 @@ fn triangle_of(p: vec3<f32>, surface: u32) -> u32 {
 }
 
 fn scene_material(p: vec3<f32>, n: vec3<f32>, surface: u32) -> Material {
-    let at = p.xy + vec2<f32>(frame.time * 0.05, 0.0);
-    let row = floor(at.y * 2.0);
-    let along = fract(at.x * exp2(clamp(row + 3.0, 0.0, 6.0)) * 0.12);
+    let at = p.xy + frame.time * vec2<f32>(0.05, 0.03);
+    let row = floor(p.y * 2.0);
+    // a third of the chart for each direction
+    var place = (at.x + at.y) * 0.70710678;
+    if p.x < -1.2 {
+        place = at.x;
+    } else if p.x < 1.2 {
+        place = at.y;
+    }
+    let along = fract(place * exp2(clamp(row + 3.0, 0.0, 6.0)) * 0.12);
     let ramp = abs(along * 2.0 - 1.0);
     if row < 1.0 {
         return Material(vec3<f32>(ramp * ramp), 0.0, 1.0, 0.0, 0.0);

@@ -1,5 +1,6 @@
-// A drawing board with lines of small print, rulings and fine patterns, seen at a slant. Nothing moves: there are no motion vectors
-// at all, and no materials worth telling apart.
+// A drawing board with lines of small print, rulings and fine patterns, seen at a slant. Print scrolls, a fan of lines turns and a
+// pencil rolls over the sheet, as on a screen that a renderer knows nothing of: there are no motion vectors at all, and no
+// materials worth telling apart.
 
 const STEPS: u32 = 90u;
 const LIGHTS: u32 = 3u;
@@ -18,7 +19,7 @@ const CUP: u32 = 4u;
 fn scene_distance(p: vec3<f32>, time: f32) -> Hit {
     var hit = Hit(p.y, DESK);
     hit = nearer(hit, Hit(box_distance(p - vec3<f32>(0.0, 0.02, 3.4), vec3<f32>(2.2, 0.02, 2.4)), SHEET));
-    let q = p - vec3<f32>(2.55, 0.1, 3.0);
+    let q = p - vec3<f32>(2.0 + 0.55 * cos(time * 0.9), 0.1, 3.0);
     let along = turn(q.xz, 0.3);
     hit = nearer(hit, Hit(max(length(vec2<f32>(along.x, q.y)) - 0.07, abs(along.y) - 1.1), PENCIL));
     let c = p - vec3<f32>(-2.75, 0.5, 4.6);
@@ -63,11 +64,11 @@ fn scene_material(p: vec3<f32>, n: vec3<f32>, surface: u32) -> Material {
         if at.y < 0.6 {
             ink = print(at, 0.2);
         } else if at.y < 2.6 {
-            ink = print(at, select(0.055, 0.085, at.x < 0.0));
+            ink = print(at + vec2<f32>(0.0, frame.time * 0.12), select(0.055, 0.085, at.x < 0.0));
         } else if at.x < -0.7 {
             // a fan of lines
             let fan = at - vec2<f32>(-2.1, 3.6);
-            ink = f32(fract(atan2(fan.y, fan.x) * 24.0) < 0.35);
+            ink = f32(fract(atan2(fan.y, fan.x) * 24.0 + frame.time) < 0.35);
         } else if at.x < 0.7 {
             // rulings that grow finer
             ink = f32(fract(exp2(2.0 + 1.6 * (at.y - 2.6)) * at.x) < 0.4);

@@ -12,7 +12,7 @@ use crate::{
     scenes::{SceneName, UnknownScene},
     tradeoff::{
         run::Request,
-        setting::{Setting, presets},
+        setting::{Preset, Setting, presets},
         sweep::Trial,
     },
     web,
@@ -107,21 +107,24 @@ fn write_page(folder: &Path, size: [u32; 2]) -> Result<(), Failure> {
     talk::data(&path.display().to_string())
 }
 
+/// The preset of this name, in any case.
+pub(super) fn preset(name: &str) -> Result<Preset, Failure> {
+    presets()
+        .into_iter()
+        .find(|preset| preset.name.eq_ignore_ascii_case(name))
+        .ok_or_else(|| {
+            Failure::Misused(format!(
+                "no preset is called `{name}`; there are Exact, Balanced and Fast"
+            ))
+        })
+}
+
 /// Shows one point of a scene of `vrcs tradeoff`, in the same page.
 fn scene(arguments: &Arguments, name: &str) -> Result<(), Failure> {
     let scene: SceneName = name
         .parse()
         .map_err(|error: UnknownScene| Failure::Misused(error.to_string()))?;
-    let wanted = arguments.preset.to_lowercase();
-    let preset = presets()
-        .into_iter()
-        .find(|preset| preset.name.to_lowercase() == wanted)
-        .ok_or_else(|| {
-            Failure::Misused(format!(
-                "no preset is called `{}`; there are Exact, Balanced and Fast",
-                arguments.preset
-            ))
-        })?;
+    let preset = preset(&arguments.preset)?;
     let gpu = Gpu::open(arguments.adapter.as_deref())?;
     let trial = Trial {
         preset: arguments.threshold.is_none().then_some(preset.name),

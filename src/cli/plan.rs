@@ -2,8 +2,9 @@
 //!
 //! Does: prints the passes, kernels, bindings and buffers that follow from what a scene has.
 //! Needs: one of the six scenes, or a TOML file that says what a renderer has. No GPU.
-//! Guarantees: what is printed is what [`Analysis`](crate::analyse::Analysis) makes of the same plan, and what the
-//! [builder](crate::build) and the [deblocker](crate::deblock) make of the same declaration; bindings are counted in the modules.
+//! Guarantees: of a scene, what is printed is what `vrcs tradeoff` runs for it at the same preset; of a file, what
+//! [`Analysis`](crate::analyse::Analysis), the [builder](crate::build) and the [deblocker](crate::deblock) make of the
+//! declaration. Bindings are counted in the modules.
 //! Refuses: a file that is no declaration, with its line; effects that need what is not there.
 
 use std::path::{Path, PathBuf};
@@ -11,7 +12,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use serde_json::json;
 
-use super::{Failure, files, parse_size, talk};
+use super::{Failure, demo, files, parse_size, talk};
 use crate::{
     analyse::{
         own::{IdRates, OwnRates},
@@ -22,8 +23,9 @@ use crate::{
     coverage::{Coverage, Depth, DepthKind, Sky},
     deblock,
     plan::{Binding, ColourForm, Plan, PlannedPass, Scene},
-    scenes::{Declared, PassName, SceneName},
+    scenes::SceneName,
     sri::SriLayout,
+    tradeoff::{realise::realise, setting::Preset},
 };
 
 #[derive(Debug, clap::Args)]
@@ -34,6 +36,7 @@ use crate::{
 
 Examples:
   vrcs plan interior
+  vrcs plan landscape --preset Exact
   vrcs plan scene.toml --size 3840x2160 --json")]
 pub(super) struct Arguments {
     /// interior, foliage, landscape, text, ramps or disocclusion; or a TOML file that says what the renderer has.
@@ -42,6 +45,9 @@ pub(super) struct Arguments {
     /// The size of the picture, for the sizes of the buffers.
     #[arg(long, value_parser = parse_size, default_value = "1920x1080", value_name = "WxH")]
     size: [u32; 2],
+    /// The preset that a scene runs at: Exact, Balanced or Fast.
+    #[arg(long, value_name = "NAME", default_value = "Balanced")]
+    preset: String,
     /// Print it as JSON.
     #[arg(long)]
     json: bool,
@@ -80,19 +86,6 @@ enum Form {
     SqrtLuma,
 }
 
-/// What a scene of ours has for its analysis: the rates of the frame before are always had.
-pub(crate) fn scene_of(declared: &Declared) -> Scene {
-    Scene {
-        motion: declared.motion_vectors || declared.camera_motion,
-        depth: declared.depth && (declared.motion_vectors || declared.camera_motion),
-        previous_rates: true,
-        materials: declared.materials,
-        noise: declared.grain,
-        flags: declared.sky,
-        ..Scene::default()
-    }
-}
-
 /// Every effect that a scene's declaration serves, with its default parameters: what is not declared is not there.
 pub(crate) fn settings_of(scene: &Scene) -> Settings {
     let has_motion = scene.motion || scene.cameras && scene.depth;
@@ -116,85 +109,143 @@ pub(crate) fn settings_of(scene: &Scene) -> Settings {
     }
 }
 
-/// What follows the analysis in a frame.
-struct Rest {
-    coverage: Coverage,
-    /// The scene's own passes, which are rewritten; unknown for a file.
+/// What a frame is made of.
+struct Frame {
+    name: String,
+    /// What runs in a few lines, as the report of `vrcs tradeoff` has it; nothing for a file.
+    lines: Vec<String>,
+    analysis: Option<Plan>,
+    build: Option<BuildOptions>,
+    /// The scene's own passes, in the order in which they run; unknown for a file.
     own: Vec<&'static str>,
+    is_rewritten: bool,
+    deblock: Option<deblock::Options>,
 }
 
-impl Rest {
-    fn of(declared: &Declared, own: &[PassName]) -> Rest {
-        Rest {
-            coverage: Coverage {
-                triangles: declared.triangle_ids,
-                surfaces: declared.surface_ids,
-                depth: declared.depth.then(|| Depth::new(DepthKind::Reversed)),
-                normals: None,
-                sky: (declared.sky && declared.depth).then_some(Sky::Depth),
-            },
-            own: own.iter().map(|pass| pass.entry()).collect(),
-        }
+impl Frame {
+    /// What `vrcs tradeoff` runs for a scene of ours at a preset.
+    fn of_scene(scene: SceneName, preset: &Preset) -> Result<Frame, Failure> {
+        let found = realise(scene, &preset.setting, false)
+            .map_err(|why| Failure::Refused(format!("{scene}: {why}")))?;
+        Ok(Frame {
+            name: format!("{scene}, preset {}", preset.name),
+            lines: found.lines(scene),
+            own: scene.passes().iter().map(|pass| pass.entry()).collect(),
+            is_rewritten: found.build.is_some(),
+            analysis: found.analysis,
+            build: found.build,
+            deblock: found.deblock,
+        })
+    }
+
+    /// Everything that a renderer's declaration serves.
+    fn of_file(path: &Path) -> Result<Frame, Failure> {
+        let name = files::display_name(path);
+        let (scene, coverage) = read(path)?;
+        let plan = Plan::new(&scene, &settings_of(&scene))
+            .map_err(|error| Failure::Refused(format!("{name}: {error}")))?;
+        Ok(Frame {
+            name,
+            lines: Vec::new(),
+            analysis: Some(plan),
+            build: Some(BuildOptions {
+                coverage,
+                effective: true,
+                ..BuildOptions::default()
+            }),
+            own: Vec::new(),
+            is_rewritten: true,
+            deblock: Some(deblock::Options {
+                depth: coverage.depth,
+                surfaces: coverage.surfaces,
+                ..deblock::Options::new(deblock::Picture::Texture(wgpu::TextureFormat::Rgba16Float))
+            }),
+        })
     }
 
     /// The passes that build coordinates, and those that deblock.
     fn planned(&self) -> [Vec<PlannedPass>; 2] {
-        let build = BuildOptions {
-            coverage: self.coverage,
-            effective: true,
-            ..BuildOptions::default()
-        };
-        let deblock = deblock::Options {
-            depth: self.coverage.depth,
-            surfaces: self.coverage.surfaces,
-            ..deblock::Options::new(deblock::Picture::Texture(wgpu::TextureFormat::Rgba16Float))
-        };
         [
-            crate::build::gpu::planned(&build),
-            deblock::gpu::planned(&deblock),
+            self.build
+                .as_ref()
+                .map_or_else(Vec::new, crate::build::gpu::planned),
+            self.deblock
+                .as_ref()
+                .map_or_else(Vec::new, deblock::gpu::planned),
         ]
+    }
+
+    fn json(&self, size: [u32; 2]) -> serde_json::Value {
+        let mut object = self.analysis.as_ref().map_or_else(
+            || json!({ "passes": [], "bindings": [], "later": [] }),
+            Plan::to_json,
+        );
+        object["scene"] = json!(self.name);
+        object["lines"] = json!(self.lines);
+        let [build, deblock] = self.planned();
+        object["build"] = build.iter().map(json_of).collect();
+        object["own"] = json!(self.own);
+        object["deblock"] = deblock.iter().map(json_of).collect();
+        object["buffers"] = self
+            .buffers(size)
+            .iter()
+            .map(|(name, bytes)| json!({ "name": name, "bytes": bytes }))
+            .collect();
+        object
+    }
+
+    fn buffers(&self, size: [u32; 2]) -> Vec<(String, u64)> {
+        let analysis = self.analysis.as_ref();
+        analysis.map_or_else(Vec::new, |plan| buffers(plan, size))
+    }
+
+    fn print(&self, size: [u32; 2]) -> Result<(), Failure> {
+        talk::data(&format!("{} at {}x{}", self.name, size[0], size[1]))?;
+        for line in &self.lines {
+            talk::data(line)?;
+        }
+        if let Some(plan) = &self.analysis {
+            talk::data("analysis")?;
+            talk::data(plan.to_string().trim_end())?;
+        }
+        for (name, bytes) in self.buffers(size) {
+            talk::data(&format!("  buffer {name}: {bytes} bytes"))?;
+        }
+        let [build, deblock] = self.planned();
+        print("coordinates", &build)?;
+        talk::data(&match (self.own.is_empty(), self.is_rewritten) {
+            (true, _) => {
+                "the renderer's own passes, rewritten: each binds one group more".to_owned()
+            }
+            (false, true) => format!(
+                "the scene's own passes, rewritten, each with one group more: {}",
+                self.own.join(", ")
+            ),
+            (false, false) => format!(
+                "the scene's own passes, as their author wrote them: {}",
+                self.own.join(", ")
+            ),
+        })?;
+        print("deblocking, in place", &deblock)
     }
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let (name, scene, rest) = read(&arguments.scene)?;
-    let settings = settings_of(&scene);
-    let plan = Plan::new(&scene, &settings)
-        .map_err(|error| Failure::Refused(format!("{name}: {error}")))?;
-    let buffers = buffers(&plan, arguments.size);
-    if arguments.json {
-        let mut object = plan.to_json();
-        object["scene"] = json!(name);
-        let [build, deblock] = rest.planned();
-        object["build"] = build.iter().map(json_of).collect();
-        object["own"] = json!(rest.own);
-        object["deblock"] = deblock.iter().map(json_of).collect();
-        object["buffers"] = buffers
-            .iter()
-            .map(|(name, bytes)| json!({ "name": name, "bytes": bytes }))
-            .collect();
-        return talk::data(&object.to_string());
+    let preset = demo::preset(&arguments.preset)?;
+    let frame = match arguments.scene.to_str().map(str::parse::<SceneName>) {
+        Some(Ok(scene)) => Frame::of_scene(scene, &preset)?,
+        _ => Frame::of_file(&arguments.scene)?,
+    };
+    match arguments.json {
+        true => talk::data(&frame.json(arguments.size).to_string()),
+        false => frame.print(arguments.size),
     }
-    let [width, height] = arguments.size;
-    talk::data(&format!("{name} at {width}x{height}"))?;
-    talk::data("analysis")?;
-    talk::data(plan.to_string().trim_end())?;
-    for (name, bytes) in buffers {
-        talk::data(&format!("  buffer {name}: {bytes} bytes"))?;
-    }
-    let [build, deblock] = rest.planned();
-    print("coordinates", &build)?;
-    match rest.own.is_empty() {
-        true => talk::data("the renderer's own passes, rewritten: each binds one group more")?,
-        false => talk::data(&format!(
-            "the scene's own passes, rewritten, each with one group more: {}",
-            rest.own.join(", ")
-        ))?,
-    }
-    print("deblocking, in place", &deblock)
 }
 
 fn print(stage: &str, passes: &[PlannedPass]) -> Result<(), Failure> {
+    if passes.is_empty() {
+        return Ok(());
+    }
     talk::data(stage)?;
     for pass in passes {
         let effects = pass.effects.join(", ").to_lowercase();
@@ -211,11 +262,8 @@ fn json_of(pass: &PlannedPass) -> serde_json::Value {
     json!({ "kernel": pass.kernel, "effects": pass.effects, "bindings": pass.bindings })
 }
 
-fn read(path: &Path) -> Result<(String, Scene, Rest), Failure> {
-    if let Some(Ok(name)) = path.to_str().map(str::parse::<SceneName>) {
-        let rest = Rest::of(&name.declared(), name.passes());
-        return Ok((name.to_string(), scene_of(&name.declared()), rest));
-    }
+/// A renderer's declaration: what its analysis has, and what tells surfaces apart.
+fn read(path: &Path) -> Result<(Scene, Coverage), Failure> {
     let name = files::display_name(path);
     if path.extension().is_none() && !files::is_stream(path) {
         return Err(Failure::Misused(format!(
@@ -251,14 +299,14 @@ fn read(path: &Path) -> Result<(String, Scene, Rest), Failure> {
         reasons: declared.reasons,
         sqrt_luma: declared.sqrt_luma,
     };
-    let rest = Declared {
-        depth: declared.depth,
-        surface_ids: declared.surface_ids,
-        triangle_ids: declared.triangle_ids,
-        sky: declared.sky,
-        ..Declared::default()
+    let coverage = Coverage {
+        triangles: declared.triangle_ids,
+        surfaces: declared.surface_ids,
+        depth: declared.depth.then(|| Depth::new(DepthKind::Reversed)),
+        normals: None,
+        sky: (declared.sky && declared.depth).then_some(Sky::Depth),
     };
-    Ok((name, scene, Rest::of(&rest, &[])))
+    Ok((scene, coverage))
 }
 
 /// The buffers of a plan and their bytes at a size; with smoothing, raw rates are the analysis's own.

@@ -70,6 +70,20 @@ mod tests {
         assert!(most.mean >= found.mean && most.mean > 0.99, "{}", most.mean);
     }
 
+    /// The references are the authors' `flip-evaluator` 1.7 (PyPI), `evaluate(a, b, "LDR", applyMagma=False)` on the bytes
+    /// divided by 255: the mean of its map, and the value at rank ⌈0.99 n⌉. The pictures are those below, 48×37.
+    #[test]
+    fn it_agrees_with_the_authors_own_program() {
+        use crate::metrics::reference::{SIZE, mixed, noise, ramp};
+        let near = |found: Flip, mean: f64, p99: f64| {
+            assert!((found.mean - mean).abs() < 2e-5, "{} {mean}", found.mean);
+            assert!((found.p99 - p99).abs() < 2e-4, "{} {p99}", found.p99);
+        };
+        let of = |a: &[u8], b: &[u8]| flip(Shown::new(SIZE, a), Shown::new(SIZE, b));
+        near(of(&ramp(), &mixed()), 0.417_538_055, 0.763_023_6);
+        near(of(&noise(), &ramp()), 0.785_295_930, 0.981_694_16);
+    }
+
     #[test]
     fn one_pixel_moves_the_map_and_hardly_the_mean() {
         let a = plain([90, 90, 90, 255]);

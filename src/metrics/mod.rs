@@ -95,10 +95,56 @@ pub fn flips(before: &Sri, after: &Sri) -> f64 {
     changed as f64 / (f64::from(layout.width) * f64::from(layout.height))
 }
 
+/// Pictures that the references of other programs were computed on: RGBA, alpha 255.
+#[cfg(test)]
+mod reference {
+    pub(super) const SIZE: [u32; 2] = [48, 37];
+
+    fn rgba(mut of: impl FnMut(u32, u32, u32) -> u8) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        for y in 0..SIZE[1] {
+            for x in 0..SIZE[0] {
+                bytes.extend([0, 1, 2].map(|channel| of(x, y, channel)));
+                bytes.push(255);
+            }
+        }
+        bytes
+    }
+
+    /// The high bytes of Numerical Recipes' generator, from 1.
+    pub(super) fn noise() -> Vec<u8> {
+        let mut state = 1u32;
+        rgba(|_, _, _| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 24) as u8
+        })
+    }
+
+    pub(super) fn ramp() -> Vec<u8> {
+        rgba(|x, y, channel| (x * 5 + y * 3 + channel * 40) as u8)
+    }
+
+    /// 70 % of the ramp and 30 % of the noise, rounded down.
+    pub(super) fn mixed() -> Vec<u8> {
+        let both = ramp().into_iter().zip(noise());
+        both.map(|(r, n)| (f64::from(r) * 0.7 + f64::from(n) * 0.3).floor() as u8)
+            .collect()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::Rate;
+
+    /// The references are scikit-image 0.26's `peak_signal_noise_ratio(a, b, data_range=255)` on red, green and blue.
+    #[test]
+    fn psnr_agrees_with_scikit_image() {
+        use reference::{SIZE, mixed, noise, ramp};
+        let of = |a: &[u8], b: &[u8]| psnr(Shown::new(SIZE, a), Shown::new(SIZE, b));
+        assert!((of(&ramp(), &mixed()) - 18.064_766_137_412_448).abs() < 1e-9);
+        assert!((of(&noise(), &ramp()) - 7.614_137_277_629_933).abs() < 1e-9);
+    }
 
     #[test]
     fn equal_pictures_have_no_noise() {

@@ -72,6 +72,20 @@ mod tests {
     }
 
     #[test]
+    fn of_a_row_of_four_it_is_what_a_hand_computes() {
+        let row = |values: [u8; 4]| values.map(|v| [v, v, v, 255]).concat();
+        let (reference, test) = (row([10, 20, 40, 80]), row([10, 20, 60, 80]));
+        // the edge is in the middle: 20 over the mean of 10 and 40; then 40 over the mean of 10 and 20
+        let wanted = (40.0 / 15.0) / (20.0 / 25.0);
+        let found = seam(
+            Shown::new([4, 1], &reference),
+            Shown::new([4, 1], &test),
+            [2, 1],
+        );
+        assert!((found - wanted).abs() < 1e-12, "{found}");
+    }
+
+    #[test]
     fn steps_at_tile_edges_show() {
         let ramp = picture(|x, y| (x * 3 + y) as u8);
         let stepped = picture(|x, y| (x * 3 + y + (x / 8) % 2 * 20) as u8);

@@ -21,13 +21,13 @@ use glam::Vec3;
 pub enum SceneName {
     /// A hall with many lamps and shiny metal.
     Interior,
-    /// A hedge and grass of alpha-tested leaves: the known worst case.
+    /// Trees and grass with alpha-tested leaves: the known worst case.
     Foliage,
     /// Hills under a wide sky with fog, from a fast camera.
     Landscape,
-    /// Small print and fine patterns on a slanted board.
+    /// Small print that scrolls, and fine patterns, on a slanted board.
     Text,
-    /// Ramps, and edges between colours of one luma.
+    /// Ramps in all directions, and edges between colours of one luma.
     Ramps,
     /// Bars that uncover what was not seen before.
     Disocclusion,
@@ -125,10 +125,16 @@ impl SceneName {
     pub fn about(self) -> &'static str {
         match self {
             SceneName::Interior => "a hall with 64 lamps, polished metal and a mirror-like floor",
-            SceneName::Foliage => "a hedge and grass of alpha-tested leaves in the wind",
-            SceneName::Landscape => "hills, towers and fog under a wide sky, from a fast aircraft",
-            SceneName::Text => "small print, rulings and a zone plate on a slanted board",
-            SceneName::Ramps => "ramps of every slope, and edges between colours of one luma",
+            SceneName::Foliage => "trees and grass with alpha-tested leaves in the wind",
+            SceneName::Landscape => {
+                "hills, towers and grainy haze under a wide sky, from a fast aircraft"
+            }
+            SceneName::Text => {
+                "print that scrolls, rulings, a fan of lines and a zone plate on a slanted board, without motion vectors"
+            }
+            SceneName::Ramps => {
+                "ramps of many slopes across, down and aslant, and edges between colours of one luma"
+            }
             SceneName::Disocclusion => "bars that sweep past a patterned wall",
         }
     }
@@ -144,12 +150,16 @@ impl SceneName {
         }
     }
 
-    /// Its shader: five files that make one module.
+    /// Its shader: six files that make one module.
     pub fn source(self) -> Source {
         let mut source = Source::new("scenes/common.wgsl", shader!("common.wgsl"));
         source.push(format!("scenes/{}.wgsl", self.name()), self.text());
         source.push("scenes/passes.wgsl", shader!("passes.wgsl"));
         source.push("scenes/gbuffer.wgsl", shader!("gbuffer.wgsl"));
+        match self.declared().motion_vectors {
+            true => source.push("scenes/motion.wgsl", shader!("motion.wgsl")),
+            false => source.push("scenes/nomotion.wgsl", shader!("nomotion.wgsl")),
+        }
         match self.passes().contains(&PassName::Rays) {
             true => source.push("scenes/rays.wgsl", shader!("rays.wgsl")),
             false => source.push("scenes/norays.wgsl", shader!("norays.wgsl")),
@@ -173,6 +183,7 @@ impl SceneName {
             ("geometry", true),
             ("surface_ids", declared.surface_ids),
             ("material_ids", declared.materials),
+            ("noise_mask", declared.grain),
         ]
         .into_iter()
         .filter(|&(_, is_there)| is_there)

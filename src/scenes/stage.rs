@@ -1,9 +1,10 @@
 //! A scene on a device: its G-buffer, its passes at full rate and as the rewriter makes them.
 //!
 //! *Does*: makes textures and pipelines once; records the passes of a frame into the caller's encoder.
-//! *Guarantees*: a pass at full rate and the same pass at variable rate read and write the same textures.
+//! *Guarantees*: a pass at full rate and the same pass at variable rate read and write the same textures; a texture that none of
+//! the scene's own passes binds is not there.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use vrcs_passes::{Options, input};
 
@@ -57,14 +58,15 @@ pub struct Stage {
     rewritten: Rewritten,
 }
 
-/// The textures: name and format.
-const TEXTURES: [(&str, wgpu::TextureFormat); 11] = [
+/// The textures that there can be: name and format.
+const TEXTURES: [(&str, wgpu::TextureFormat); 12] = [
     ("ids", wgpu::TextureFormat::R32Uint),
     ("depth", wgpu::TextureFormat::R32Float),
     ("normals", wgpu::TextureFormat::Rgba16Float),
     ("surfaces", wgpu::TextureFormat::R32Uint),
     ("materials", wgpu::TextureFormat::Rgba8Unorm),
     ("motion", wgpu::TextureFormat::Rg32Float),
+    ("noise", wgpu::TextureFormat::R32Float),
     ("albedo", wgpu::TextureFormat::Rgba8Unorm),
     ("surface", wgpu::TextureFormat::Rgba8Unorm),
     ("light", wgpu::TextureFormat::Rgba16Float),
@@ -103,8 +105,10 @@ impl Stage {
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
+        let bound = bound(scene, &module, &info).map_err(|why| failed(&why))?;
         let textures = TEXTURES
             .into_iter()
+            .filter(|(name, _)| bound.contains(*name))
             .map(|(name, format)| (name, texture(&gpu.device, name, format, size)))
             .collect();
         let shader = gpu
@@ -155,7 +159,13 @@ impl Stage {
         self.size
     }
 
-    /// One of the textures: `ids`, `depth`, `normals`, `motion`, `albedo`, `surface`, `light`, `traced` or `picture`.
+    /// The names of its textures, in no order.
+    pub fn textures(&self) -> impl Iterator<Item = &'static str> {
+        self.textures.keys().copied()
+    }
+
+    /// One of the textures: `ids`, `depth`, `normals`, `albedo`, `surface`, `light` and `picture`; and, as the scene declares them,
+    /// `surfaces`, `materials`, `motion`, `noise` and `traced`.
     pub fn texture(&self, name: &str) -> Option<&wgpu::Texture> {
         self.textures.get(name)
     }
@@ -255,6 +265,33 @@ pub fn rewrite(gpu: &Gpu, scene: SceneName, options: &Options) -> Result<Rewritt
     Ok(Rewritten { passes })
 }
 
+/// What an entry point binds.
+fn resources_of(
+    module: &naga::Module,
+    info: &naga::valid::ModuleInfo,
+    entry: &str,
+) -> Result<Vec<reflect::Resource>, String> {
+    let index = module.entry_points.iter().position(|e| e.name == entry);
+    let index = index.ok_or_else(|| format!("it has no pass `{entry}`"))?;
+    reflect::resources(module, info, index).map_err(|error| error.to_string())
+}
+
+/// The names of the textures that a scene's passes bind.
+fn bound(
+    scene: SceneName,
+    module: &naga::Module,
+    info: &naga::valid::ModuleInfo,
+) -> Result<HashSet<String>, String> {
+    let camera_motion = scene.declared().camera_motion.then_some("camera_motion");
+    let own = scene.passes().iter().map(|pass| pass.entry());
+    let mut names = HashSet::new();
+    for entry in scene.gbuffer().into_iter().chain(own).chain(camera_motion) {
+        let resources = resources_of(module, info, entry)?;
+        names.extend(resources.iter().map(|r| texture_of(&r.name).to_owned()));
+    }
+    Ok(names)
+}
+
 fn texture(
     device: &wgpu::Device,
     name: &str,
@@ -293,14 +330,7 @@ struct Maker<'m> {
 impl Maker<'_> {
     fn full_rate(&self, entry: &str) -> Result<FullRate, String> {
         let device = &self.gpu.device;
-        let index = self
-            .module
-            .entry_points
-            .iter()
-            .position(|e| e.name == entry)
-            .ok_or_else(|| format!("it has no pass `{entry}`"))?;
-        let resources =
-            reflect::resources(self.module, self.info, index).map_err(|error| error.to_string())?;
+        let resources = resources_of(self.module, self.info, entry)?;
         let layouts = reflect::group_layouts(device, &resources, entry);
         let Some(Some(layout)) = layouts.first() else {
             return Err(format!("`{entry}` binds nothing"));

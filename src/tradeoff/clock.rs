@@ -152,9 +152,43 @@ pub fn quantile(samples: &[f64], share: f64) -> f64 {
         .unwrap_or_default()
 }
 
+/// An interval that holds the median of what the samples are drawn from in 95 of 100 cases, whatever its distribution: between
+/// two of the samples (order statistics). Of fewer than six samples no such interval is known; it is then from the least to the most.
+pub fn median_interval(samples: &[f64]) -> [f64; 2] {
+    let mut sorted = samples.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let (Some(&least), Some(&most)) = (sorted.first(), sorted.last()) else {
+        return [0.0; 2];
+    };
+    // the chance that fewer than `k` of n samples lie below the median is that of fewer than `k` heads of n coins
+    let n = sorted.len();
+    let mut chance = 0.5f64.powi(n as i32);
+    let (mut below, mut k) = (0.0, 0);
+    while k < n && below + chance <= 0.025 {
+        below += chance;
+        k += 1;
+        chance *= (n + 1 - k) as f64 / k as f64;
+    }
+    match k {
+        0 => [least, most],
+        k => [sorted[k - 1], sorted[n - k]],
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_interval_of_a_median_is_that_of_the_tables() {
+        assert_eq!(median_interval(&[]), [0.0; 2]);
+        assert_eq!(median_interval(&[4.0, 2.0, 9.0]), [2.0, 9.0]);
+        // Conover, Practical Nonparametric Statistics: ranks 1 and 6 of 6, 2 and 9 of 10, 6 and 15 of 20
+        for (n, low, high) in [(6, 1.0, 6.0), (10, 2.0, 9.0), (20, 6.0, 15.0)] {
+            let samples: Vec<f64> = (1..=n).map(f64::from).collect();
+            assert_eq!(median_interval(&samples), [low, high], "{n}");
+        }
+    }
 
     #[test]
     fn quantiles_are_samples() {

@@ -88,11 +88,26 @@ fn peer(name: Estimator) -> Option<Peer> {
     }
 }
 
-/// Whether a scene has what a setting cannot do without.
-pub fn suits(scene: SceneName, setting: &Setting) -> bool {
+/// What a setting cannot do without and a scene has not; nothing if the two suit each other.
+pub fn missing(scene: SceneName, setting: &Setting) -> Option<&'static str> {
     let declared = scene.declared();
     let has_motion = declared.motion_vectors || declared.camera_motion;
-    setting.estimator != Estimator::Wicked || (has_motion && setting.motion)
+    let needs_motion = setting.estimator == Estimator::Wicked;
+    (needs_motion && !(has_motion && setting.motion)).then_some("motion")
+}
+
+/// The extra half rate. Noise that the scene tells of asks for it.
+fn half_rate(scene: SceneName, setting: &Setting) -> Option<HalfRate> {
+    let usual = HalfRate::default();
+    match (setting.half_rate, has_noise(scene, setting)) {
+        (0.0, false) => None,
+        (0.0, true) => Some(usual),
+        (tolerance, _) => Some(HalfRate { tolerance, ..usual }),
+    }
+}
+
+fn has_noise(scene: SceneName, setting: &Setting) -> bool {
+    scene.declared().grain && setting.grain && peer(setting.estimator).is_none()
 }
 
 /// What the content of a quad is judged by, in the paper's form.
@@ -188,10 +203,7 @@ fn analysis(scene: SceneName, setting: &Setting) -> Settings {
             HysteresisName::Derived => Stability::Hysteresis,
             HysteresisName::Compensated => Stability::Compensate,
         },
-        half_rate: (setting.half_rate > 0.0).then(|| HalfRate {
-            tolerance: setting.half_rate,
-            ..HalfRate::default()
-        }),
+        half_rate: half_rate(scene, setting),
         largest: largest(setting.largest),
         ..judged
     }
@@ -247,6 +259,7 @@ pub fn realise(scene: SceneName, setting: &Setting, instruments: bool) -> Result
                 depth: declared.depth,
                 previous_rates: true,
                 materials: declared.materials,
+                noise: has_noise(scene, setting),
                 reasons: instruments,
                 ..Scene::default()
             };
@@ -417,12 +430,29 @@ mod tests {
                 declared.materials,
                 "{scene}"
             );
+            assert_eq!(effects.contains(&"NOISE"), declared.grain, "{scene}");
+            assert_eq!(effects.contains(&"HALF_RATE"), declared.grain, "{scene}");
             assert_eq!(found.camera_motion, declared.camera_motion, "{scene}");
             let coverage = found.build.as_ref().expect("a build").coverage;
             assert_eq!(coverage.triangles, declared.triangle_ids, "{scene}");
             assert_eq!(coverage.surfaces, declared.surface_ids, "{scene}");
             assert_eq!(coverage.sky.is_some(), declared.sky, "{scene}");
         }
+    }
+
+    #[test]
+    fn plans_differ_where_declarations_do() {
+        let lines = |scene| plan(scene, &Setting::default()).lines(scene);
+        for (index, scene) in SceneName::ALL.into_iter().enumerate() {
+            for other in &SceneName::ALL[..index] {
+                assert_ne!(lines(scene), lines(*other), "{scene} and {other}");
+            }
+        }
+        assert!(
+            lines(SceneName::Text)
+                .contains(&"deblock.wgsl: stops where depth or surfaces differ".to_owned())
+        );
+        assert!(lines(SceneName::Ramps).contains(&"deblock.wgsl: over all edges".to_owned()));
     }
 
     #[test]
@@ -448,7 +478,8 @@ mod tests {
             estimator: Estimator::Wicked,
             ..Setting::default()
         };
-        assert!(suits(SceneName::Landscape, &wicked) && !suits(SceneName::Text, &wicked));
+        assert_eq!(missing(SceneName::Landscape, &wicked), None);
+        assert_eq!(missing(SceneName::Text, &wicked), Some("motion"));
     }
 
     #[test]

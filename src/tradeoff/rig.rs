@@ -326,15 +326,15 @@ impl Analysed {
             .then(|| copy_of("depth before", wgpu::TextureFormat::R32Float));
         let rates = has(Binding::PreviousRates).then(|| buffer("rates before"));
         let reasons = has(Binding::Reasons).then(|| buffer("reasons"));
-        let texture = |name: &str| match stage.texture(name) {
-            Some(texture) => view_of(texture),
-            None => unreachable!("a stage has every texture"),
-        };
-        let views = [
-            (Binding::Motion, texture("motion")),
-            (Binding::Depth, texture("depth")),
-            (Binding::Materials, texture("materials")),
-        ];
+        let views: Vec<(Binding, wgpu::TextureView)> = [
+            (Binding::Motion, "motion"),
+            (Binding::Depth, "depth"),
+            (Binding::Materials, "materials"),
+            (Binding::Noise, "noise"),
+        ]
+        .into_iter()
+        .filter_map(|(binding, name)| Some((binding, view_of(stage.texture(name)?))))
+        .collect();
         let history_view = view_of(&history);
         let depth_view = depth.as_ref().map(view_of);
         let mut resources = vec![(Binding::Rates, view.sri().as_entire_binding())];

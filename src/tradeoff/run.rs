@@ -10,7 +10,7 @@ use super::{
     bench::Bench,
     journal::{Journal, With},
     pictures, plot,
-    realise::{largest, realise, suits},
+    realise::{largest, missing, realise},
     report,
     setting::{DeblockName, HysteresisName, Quality, Setting, SharingName, presets},
     study::{Effect, Point, SceneStudy, Study},
@@ -85,6 +85,14 @@ fn effects(scene: SceneName) -> Vec<(&'static str, Setting)> {
             },
         ),
         (
+            "grain",
+            declared.grain,
+            Setting {
+                grain: false,
+                ..base.clone()
+            },
+        ),
+        (
             "sky",
             declared.sky,
             Setting {
@@ -125,7 +133,7 @@ impl Request {
         let mut trials: Vec<(String, Trial)> = self
             .trials
             .iter()
-            .filter(|trial| suits(scene, &trial.setting))
+            .filter(|trial| missing(scene, &trial.setting).is_none())
             .map(|trial| (named(trial), trial.clone()))
             .collect();
         if self.effects {
@@ -285,7 +293,7 @@ fn measure(
         name,
         preset: trial.preset.map(str::to_owned),
         peer: trial.is_peer,
-        settings: setting.to_toml(),
+        settings: setting.to_sweep(),
         setting: setting.clone(),
         pictures: match preset.is_some() || request.trials.len() == 1 {
             true => pictures::of_look(request.size, &look, most),

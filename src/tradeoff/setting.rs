@@ -36,8 +36,11 @@ pub struct Setting {
     pub materials: bool,
     /// Whether sky, where the scene has it, is skipped by passes that have nothing to do there.
     pub sky: bool,
-    /// The tolerance of the extra half rate, relative to `threshold`; 0 leaves it out.
+    /// The tolerance of the extra half rate, relative to `threshold`; 0 leaves it out, but for `grain`.
     pub half_rate: f64,
+    /// Whether noise, where the scene tells where it is, gets the extra half rate: there alone, by half the threshold if `half_rate`
+    /// says nothing else.
+    pub grain: bool,
     /// What keeps rates from going back and forth.
     pub hysteresis: HysteresisName,
     /// Which pixels may share.
@@ -70,6 +73,7 @@ impl Default for Setting {
             materials: true,
             sky: true,
             half_rate: 0.0,
+            grain: true,
             hysteresis: HysteresisName::Derived,
             sharing: SharingName::Declared,
             deblock: DeblockName::Guarded,
@@ -261,14 +265,17 @@ impl Setting {
         }
     }
 
-    /// What differs from the defaults, as the lines of a sweep's `[base]`.
-    pub fn to_toml(&self) -> String {
-        let lines: Vec<String> = self
-            .differences()
+    /// A whole sweep that tries this setting, beside the presets: `vrcs tradeoff --sweep` takes it as it is.
+    pub fn to_sweep(&self) -> String {
+        let mut differences = self.differences();
+        if !differences.iter().any(|(key, _)| key == "threshold") {
+            differences.push(("threshold".to_owned(), self.threshold.into()));
+        }
+        let lines: Vec<String> = differences
             .into_iter()
-            .map(|(key, value)| format!("{key} = {value}"))
+            .map(|(key, value)| format!("{key} = [{value}]\n"))
             .collect();
-        lines.join("\n")
+        format!("[[grid]]\n{}", lines.concat())
     }
 }
 
@@ -332,6 +339,16 @@ mod tests {
             ..Setting::default()
         };
         assert_eq!(setting.summary(), "norm max, threshold 0.1");
+    }
+
+    #[test]
+    fn what_is_copied_for_a_sweep_is_a_whole_sweep_of_that_setting() {
+        let presets = presets().map(|preset| preset.setting);
+        for setting in presets.into_iter().chain([Setting::default()]) {
+            let trials = super::super::sweep::parse(&setting.to_sweep()).expect("a sweep");
+            assert!(trials.iter().any(|trial| trial.setting == setting));
+            assert!(trials.len() <= 4, "the presets, and no other");
+        }
     }
 
     #[test]

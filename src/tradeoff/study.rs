@@ -57,7 +57,7 @@ pub struct Point {
     pub preset: Option<String>,
     /// Whether it stands for a published estimator.
     pub peer: bool,
-    /// What differs from the defaults, as the lines of a sweep's `[base]`.
+    /// A whole sweep that tries the setting: [`Setting::to_sweep`].
     pub settings: String,
     /// The whole setting.
     pub setting: Setting,

@@ -10,6 +10,9 @@
 //! [[grid]]                    # every combination
 //! threshold = [0.05, 0.1, 0.15]
 //! largest = ["2x2", "4x2"]
+//!
+//! [[peers]]                   # the same, marked as published estimators
+//! estimator = ["paper", "gdc"]
 //! ```
 
 use toml::{Table, Value};
@@ -39,8 +42,8 @@ pub enum SweepError {
         /// Why not.
         why: String,
     },
-    /// A part of it is not one of `base`, `vary` and `grid`.
-    #[error("a sweep has `base`, `vary` and `grid`; `{0}` is none of them")]
+    /// A part of it is not one of `base`, `vary`, `grid` and `peers`.
+    #[error("a sweep has `base`, `vary`, `grid` and `peers`; `{0}` is none of them")]
     UnknownPart(String),
     /// A part has the wrong form.
     #[error("`{part}` has to be {wanted}")]
@@ -70,7 +73,7 @@ pub enum SweepError {
 pub fn parse(text: &str) -> Result<Vec<Trial>, SweepError> {
     let file: Table = toml::from_str(text).map_err(|error| not_toml(text, &error))?;
     for part in file.keys() {
-        if !["base", "vary", "grid"].contains(&part.as_str()) {
+        if !["base", "vary", "grid", "peers"].contains(&part.as_str()) {
             return Err(SweepError::UnknownPart(part.clone()));
         }
     }
@@ -78,20 +81,27 @@ pub fn parse(text: &str) -> Result<Vec<Trial>, SweepError> {
         None => Table::new(),
         Some(base) => table(base, "base")?.clone(),
     };
+    with(&base, &[])?;
     let mut asked = Vec::new();
     if let Some(vary) = file.get("vary") {
         for (key, values) in table(vary, "vary")? {
             for value in list(values, key)? {
-                asked.push(with(&base, &[(key, value)])?);
+                asked.push(asked_for(with(&base, &[(key, value)])?, false));
             }
         }
     }
-    if let Some(grids) = file.get("grid") {
-        let Value::Array(grids) = grids else {
-            return Err(form("grid", "a list of tables, [[grid]]"));
+    for (part, wanted, is_peer) in [
+        ("grid", "a list of tables, [[grid]]", false),
+        ("peers", "a list of tables, [[peers]]", true),
+    ] {
+        let grids = match file.get(part) {
+            None => continue,
+            Some(Value::Array(grids)) => grids,
+            Some(_) => return Err(form(part, wanted)),
         };
         for grid in grids {
-            asked.extend(combinations(&base, table(grid, "grid")?)?);
+            let settings = combinations(&base, table(grid, part)?)?;
+            asked.extend(settings.into_iter().map(|s| asked_for(s, is_peer)));
         }
     }
     if asked.is_empty() {
@@ -117,7 +127,16 @@ pub fn quick() -> Vec<Trial> {
     }
 }
 
-fn trials(asked: impl IntoIterator<Item = Setting>) -> Vec<Trial> {
+/// A setting that a sweep asks for. Another's estimator is a peer wherever it stands.
+fn asked_for(setting: Setting, is_peer: bool) -> Trial {
+    Trial {
+        preset: None,
+        is_peer: is_peer || setting.estimator != Estimator::Paper,
+        setting,
+    }
+}
+
+fn trials(asked: Vec<Trial>) -> Vec<Trial> {
     let mut trials: Vec<Trial> = presets()
         .into_iter()
         .map(|Preset { name, setting, .. }| Trial {
@@ -126,13 +145,11 @@ fn trials(asked: impl IntoIterator<Item = Setting>) -> Vec<Trial> {
             setting,
         })
         .collect();
-    for setting in asked {
-        if !trials.iter().any(|known| known.setting == setting) {
-            trials.push(Trial {
-                preset: None,
-                is_peer: setting.estimator != Estimator::Paper,
-                setting,
-            });
+    for trial in asked {
+        let known = trials.iter_mut().find(|k| k.setting == trial.setting);
+        match known {
+            Some(known) => known.is_peer |= trial.is_peer,
+            None => trials.push(trial),
         }
     }
     trials
@@ -199,13 +216,20 @@ fn with(base: &Table, changes: &[(&String, &Value)]) -> Result<Setting, SweepErr
     for &(key, value) in changes {
         all.insert(key.clone(), value.clone());
     }
-    let key = changes
-        .first()
-        .map_or_else(|| "base".to_owned(), |(key, _)| (*key).clone());
+    // one key after the other, so that the one to blame is named
+    for (key, value) in &all {
+        let alone = Table::from_iter([(key.clone(), value.clone())]);
+        alone
+            .try_into::<Setting>()
+            .map_err(|error| SweepError::Setting {
+                key: key.clone(),
+                why: error.message().replace('\n', " "),
+            })?;
+    }
     let setting: Setting =
         all.try_into()
             .map_err(|error: toml::de::Error| SweepError::Setting {
-                key: key.clone(),
+                key: "base".to_owned(),
                 why: error.message().replace('\n', " "),
             })?;
     check(&setting).map_err(|(key, why)| SweepError::Setting {
@@ -289,6 +313,10 @@ mod tests {
         assert!(refused("[vary]\ngranularity = [3]").contains("2, 4, 8 or 16"));
         assert!(refused("[vary]\nthreshold = [1.0\nx").starts_with("line "));
         assert!(refused("[sweep]\nnorm = []").contains("sweep"));
+        let base = refused("[base]\nnorm = \"l9\"\n[vary]\nthreshold = [0.1]");
+        assert!(base.starts_with("`norm`"), "{base}");
+        let base = refused("[base]\nambient = 7.0\n[vary]\nthreshold = [0.1]");
+        assert!(base.starts_with("`ambient`"), "{base}");
         assert!(refused("[vary]\nnorm = \"l1\"").contains("a list"));
     }
 
@@ -306,6 +334,22 @@ mod tests {
                 "{key} never varies"
             );
         }
-        assert!(trials.iter().any(|trial| trial.is_peer));
+    }
+
+    #[test]
+    fn the_paper_stands_among_its_peers_and_all_are_kept_still_alike() {
+        for trials in [quick(), standard()] {
+            let peers: Vec<&Setting> = trials
+                .iter()
+                .filter(|trial| trial.is_peer)
+                .map(|trial| &trial.setting)
+                .collect();
+            assert!(peers.iter().any(|s| s.estimator == Estimator::Paper));
+            assert!(peers.len() >= 7, "{}", peers.len());
+            for peer in &peers {
+                assert_eq!(peer.hysteresis, peers[0].hysteresis);
+                assert_eq!(peer.largest, peers[0].largest);
+            }
+        }
     }
 }
