@@ -53,11 +53,13 @@ var<workgroup> reasoned: array<u32, THREADS>;
 // The reasons of src/analyse/reasons.rs.
 const REASON_CONTENT: u32 = 1u;
 const REASON_NO_HISTORY: u32 = 2u;
-const REASON_OF_DOUBT: u32 = 2u;
+// 3 for no luma, 12 for no motion, 4 for off the screen, 5 for hidden: by the doubts of analyse/source.wgsl.
+const REASONS_OF_DOUBT: u32 = 0x54c3u;
 const REASON_MATERIAL: u32 = 6u;
 const REASON_MASK: u32 = 7u;
 const REASON_HALF_RATE: u32 = 8u;
 const REASON_MOTION: u32 = 10u;
+const REASON_NO_MOTION: u32 = 12u;
 
 // The pixel i of a quad; at the border, pixels repeat.
 fn own(quad: vec2<u32>, i: u32) -> vec2<i32> {
@@ -140,10 +142,22 @@ fn speeds_of(around: Around) -> Logs {
 }
 #endif
 
+#ifdef MOTION
+#ifdef REASONS
+// Whether a pixel of each window has no known motion.
+fn lost_motions(around: Around) -> vec4<bool> {
+    let above = around.upper | around.middle;
+    let under = around.middle | around.lower;
+    let any_of = vec4<u32>(above.xy | above.yz, under.xy | under.yz);
+    return (any_of & vec4<u32>(1u << 25u)) != vec4<u32>(0u);
+}
+#endif
+#endif
+
 #ifdef DOUBT
 // The reason of a window's first lost pixel, line by line; else whether one is invalid; else none.
 fn doubt_of(a: u32, b: u32, c: u32, d: u32) -> u32 {
-    if ((a | b | c | d) >> 20u) == 0u {
+    if (((a | b | c | d) >> 20u) & 31u) == 0u {
         return 0u;
     }
     let lines = vec4<u32>(20u, 22u, 20u, 22u);
@@ -154,7 +168,7 @@ fn doubt_of(a: u32, b: u32, c: u32, d: u32) -> u32 {
     lost = select(lost, first.z, first.z != 0u);
     lost = select(lost, first.y, first.y != 0u);
     lost = select(lost, first.x, first.x != 0u);
-    return REASON_OF_DOUBT + select(source::INVALID, lost, lost != 0u);
+    return (REASONS_OF_DOUBT >> (lost * 4u)) & 15u;
 }
 #endif
 
@@ -245,6 +259,11 @@ fn decide(quad: vec2<u32>, block: vec2<u32>) -> Block {
 #endif
 #ifdef MOTION_ONLY
     out.reason = vec4<u32>(REASON_MOTION);
+#endif
+#ifdef MOTION
+#ifdef REASONS
+    out.reason = select(out.reason, vec4<u32>(REASON_NO_MOTION), lost_motions(around));
+#endif
 #endif
     let most = largest();
     let is_largest = (out.rate.across == vec4<u32>(most.x)) & (out.rate.down == vec4<u32>(most.y));

@@ -4,7 +4,7 @@
 #import vrcs::analyse::params::{params, largest, SPEEDS}
 #import vrcs::depth::high_product
 #import vrcs::analyse::optics::camera_motion_at
-#import vrcs::analyse::source::{depth, magnitudes, speeds_of}
+#import vrcs::analyse::source::{depth, is_lost_motion, magnitudes, speeds_of}
 #import vrcs::analyse::sums::Sums
 #import vrcs::analyse::rates::{Logs, legal, logs_of, limits_everywhere}
 
@@ -22,7 +22,7 @@ const REASON_CONTENT: u32 = 1u;
 const REASON_NO_HISTORY: u32 = 2u;
 const REASON_INVALID: u32 = 3u;
 const REASON_OFF_SCREEN: u32 = 4u;
-const REASON_DISOCCLUDED: u32 = 5u;
+const REASON_NO_MOTION: u32 = 12u;
 
 // The bits of the furthest depth. Bits of what is not negative are in its order.
 var<workgroup> furthest: atomic<u32>;
@@ -42,6 +42,9 @@ fn share_above(value: vec2<u32>, weight: u32) -> vec2<u32> {
 
 fn decide(low: vec2<u32>, high: vec2<u32>, far: f32) -> vec3<u32> {
     let moved = camera_motion_at(vec2<f32>(low + high) * 0.5, far);
+    if is_lost_motion(moved) {
+        return full(REASON_NO_MOTION);
+    }
     let offset = bitcast<vec2<f32>>(moved) * params.offset_scale;
     // a magnitude below 2^23 surely is a number that fits
     if any((bitcast<vec2<u32>>(offset) & vec2<u32>(0x7fffffffu)) >= vec2<u32>(0x4b000000u)) {
@@ -114,7 +117,8 @@ fn tile_rates(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation
         if params.has_history == 0u {
             found = full(REASON_NO_HISTORY);
         } else if atomicLoad(&is_lost) != 0u {
-            found = full(REASON_DISOCCLUDED);
+            // without depth there is no motion
+            found = full(REASON_NO_MOTION);
         } else {
             found = decide(low, high, bitcast<f32>(atomicLoad(&furthest)));
         }

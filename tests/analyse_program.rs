@@ -498,8 +498,28 @@ fn inputs_that_do_not_fit_are_one_line_that_says_which() {
         "bad.json",
         "flat.json",
         "good.exr",
+        "typo.toml",
+        "tiles.toml",
+        "stated.toml",
+        "small.png",
+        "out.png",
     ];
-    let [input, small, odd, text_file, bad, flat, good] = names.map(|name| at(&folder, name));
+    let names = names.map(|name| at(&folder, name));
+    let [
+        input,
+        small,
+        odd,
+        text_file,
+        bad,
+        flat,
+        good,
+        typo,
+        tiles,
+        stated,
+        small_png,
+        out,
+    ] = names;
+    RgbImage::new(4, 4).save(&small_png).expect("a picture");
     picture().save(&input).expect("a picture");
     exr(
         &small,
@@ -517,7 +537,10 @@ fn inputs_that_do_not_fit_are_one_line_that_says_which() {
     )
     .expect("a file");
     let input = input.as_str();
-    let cases: [(&[&str], i32, &[&str]); 10] = [
+    std::fs::write(&typo, "[content]\ntreshold = 0.1\n").expect("a file");
+    std::fs::write(&tiles, "[reprojection]\nfetch = \"tile\"\n").expect("a file");
+    std::fs::write(&stated, "[own.ids]\nrates = { 1 = \"2x2\" }\n").expect("a file");
+    let cases: [(&[&str], i32, &[&str]); 18] = [
         (&["--motion", &small], 3, &["small.exr", "4x4", "70x37"]),
         (&["--motion", &odd], 3, &["odd.exr", "Q", "X and Y"]),
         (
@@ -525,7 +548,7 @@ fn inputs_that_do_not_fit_are_one_line_that_says_which() {
             3,
             &["text.exr", "cannot be read"],
         ),
-        (&["--depth", &good], 2, &["--previous-depth"]),
+        (&["--depth", &good], 2, &["--previous and --motion"]),
         (
             &["--depth", &good, "--previous-depth", &good],
             2,
@@ -540,11 +563,230 @@ fn inputs_that_do_not_fit_are_one_line_that_says_which() {
         (&["--estimator", "wicked"], 2, &["--motion"]),
         (&["--white", "3"], 2, &["power of two"]),
         (&["--k", "0.5"], 2, &["factor k", "from 1 to 15"]),
+        (&["--settings", &typo], 3, &["typo.toml:2", "treshold"]),
+        (&["--settings", &tiles], 2, &["--previous"]),
+        (&["--settings", &stated], 2, &["--ids"]),
+        (&["--ids", input], 2, &["own.ids"]),
+        (
+            &["--materials", &small_png],
+            3,
+            &["small.png", "4x4", "70x37"],
+        ),
+        (&["--previous-rates", input], 3, &["in.png", "35x19"]),
+        (&["--plain-output", &out], 2, &["extra half rate"]),
+        (&["--resolution-scale", "0"], 2, &["above 0"]),
     ];
     for (options, status, words) in cases {
         let mut arguments = vec![input];
         arguments.extend_from_slice(options);
-        assert_error(&vrcs(&arguments), status, words, &folder);
+        // clap's own errors have a usage line, and are told apart by their status
+        let output = vrcs(&arguments);
+        match text(&output.stderr).contains("For more information") {
+            true => assert!(text(&output.stderr).contains(words[0]), "{options:?}"),
+            false => assert_error(&output, status, words, &folder),
+        }
+    }
+}
+
+/// A file beside the picture, the settings, what is asked for, and a quad with its code and reason.
+type Known = (
+    &'static str,
+    &'static str,
+    &'static [&'static str],
+    [u32; 2],
+    [u8; 2],
+);
+
+/// Everything that the analysis can be given, by the names that `everything_the_library_is_given_has_a_file` writes.
+const KNOWN: &[Known] = &[
+    (
+        "transparents make stripes coarse",
+        "",
+        &["--after", "plain.png"],
+        [25, 5],
+        [5, 0],
+    ),
+    (
+        "a mirror is at full rate",
+        "",
+        &["--materials", "mirror.png"],
+        [4, 4],
+        [0, 6],
+    ),
+    (
+        "noise asks for the extra half rate",
+        "[half-rate]\ntolerance = 0.0\n",
+        &["--noise", "white.png"],
+        [4, 4],
+        [4, 8],
+    ),
+    (
+        "a material states its rate",
+        "[own.ids]\ncombiner = \"override\"\nrates = { 255 = \"2x1\" }\n",
+        &["--ids", "white.png"],
+        [25, 5],
+        [4, 11],
+    ),
+    (
+        "a head-up display is masked",
+        "",
+        &["--mask", "white.png"],
+        [4, 4],
+        [0, 7],
+    ),
+    (
+        "particles state their rate",
+        "[own.particles]\nrate = \"2x2\"\n",
+        &["--flags", "particles.png"],
+        [25, 5],
+        [5, 11],
+    ),
+    (
+        "what was coarse may stay coarse",
+        "stability = \"compensate\"\n",
+        &["--previous-rates", "coarse.png", "--threshold", "1.5"],
+        [25, 5],
+        [5, 0],
+    ),
+    (
+        "a later blur hides stripes",
+        "",
+        &["--blur", "blur.exr"],
+        [25, 5],
+        [5, 0],
+    ),
+    (
+        "a lens out of focus hides them",
+        "[lens]\nfocus = 1.0\ninfinity = 20.0\nmost = 20.0\n",
+        &["--depth", "far.exr"],
+        [25, 5],
+        [5, 0],
+    ),
+    (
+        "what is far may be coarse",
+        "[own.distance]\nsteps = [[10.0, \"2x2\"]]\n",
+        &["--depth", "far.exr"],
+        [25, 5],
+        [5, 11],
+    ),
+    (
+        "tiles are fetched by the camera",
+        "[reprojection]\nfetch = \"tile\"\n",
+        &[
+            "--previous",
+            "in.png",
+            "--depth",
+            "half.exr",
+            "--matrices",
+            "still.json",
+        ],
+        [30, 5],
+        [1, 1],
+    ),
+    (
+        "a motion that is no number is missing",
+        "",
+        &["--motion", "none.exr"],
+        [25, 5],
+        [1, 12],
+    ),
+    (
+        "the synopsis: what was hidden by what can be seen",
+        "",
+        &[
+            "--previous",
+            "in.png",
+            "--motion",
+            "post.exr",
+            "--depth",
+            "post_depth.exr",
+        ],
+        [8, 5],
+        [0, 5],
+    ),
+    (
+        "foveation follows the dynamic resolution",
+        "[foveation]\nfalloff = [[0.0, 15.0]]\n",
+        &["--resolution-scale", "0.5", "--threshold", "0.9"],
+        [25, 5],
+        [5, 0],
+    ),
+];
+
+#[test]
+fn everything_the_library_is_given_has_a_file() {
+    let folder = folder();
+    let size = [70u32, 37];
+    let count = 70 * 37;
+    let input = at(&folder, "in.png");
+    picture().save(&input).expect("a picture");
+    let fill = |name: &str, colour: [u8; 3]| {
+        let path = at(&folder, name);
+        RgbImage::from_pixel(70, 37, Rgb(colour))
+            .save(path)
+            .expect("a picture");
+    };
+    fill("plain.png", [120; 3]);
+    fill("mirror.png", [255, 255, 0]);
+    fill("white.png", [255; 3]);
+    fill("particles.png", [8; 3]);
+    image::GrayImage::from_pixel(35, 19, Luma([5]))
+        .save(at(&folder, "coarse.png"))
+        .expect("a picture");
+    let whole = |name: &str, channels: &[(&str, f32)]| {
+        let channels: Vec<(&str, Vec<f32>)> = channels
+            .iter()
+            .map(|&(name, value)| (name, vec![value; count]))
+            .collect();
+        exr(&at(&folder, name), size, &channels);
+    };
+    whole("blur.exr", &[("blur", 20.0)]);
+    whole("far.exr", &[("Z", 0.002)]);
+    whole("half.exr", &[("Z", 0.5)]);
+    whole("none.exr", &[("X", f32::NAN), ("Y", 0.0)]);
+    // a post at rest before a wall that moves six pixels to the left
+    let at_post = |i: usize| (20..30).contains(&(i % 70));
+    let by = |post: f32, wall: f32| -> Vec<f32> {
+        let of = |i| if at_post(i) { post } else { wall };
+        (0..count).map(of).collect()
+    };
+    let vectors = [("X", by(0.0, -6.0)), ("Y", vec![0.0; count])];
+    exr(&at(&folder, "post.exr"), size, &vectors);
+    exr(&at(&folder, "post_depth.exr"), size, &[("Z", by(0.8, 0.1))]);
+    let unit = "[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]";
+    let cameras = format!("{{\"view_projection\": {unit}, \"previous_view_projection\": {unit}}}");
+    std::fs::write(at(&folder, "still.json"), cameras).expect("a file");
+    for (what, settings, files, [x, y], wanted) in KNOWN {
+        let settings_file = at(&folder, "settings.toml");
+        std::fs::write(&settings_file, settings).expect("a file");
+        let outputs = ["sri.png", "why.png", "half.png", "luma.png"].map(|name| at(&folder, name));
+        let mut seen = Vec::new();
+        for more in [&[][..], &["--cpu"]] {
+            let mut arguments = vec![
+                input.clone(),
+                "--settings".to_owned(),
+                settings_file.clone(),
+            ];
+            let options = ["-o", "--reasons", "--half-output", "--luma-output"];
+            for (option, path) in options.iter().zip(&outputs) {
+                arguments.extend([(*option).to_owned(), path.clone()]);
+            }
+            arguments.extend(files.iter().map(|&name| match name.contains('.') {
+                true if !name.starts_with(|c: char| c.is_ascii_digit()) => at(&folder, name),
+                _ => name.to_owned(),
+            }));
+            arguments.extend(more.iter().map(|&option| option.to_owned()));
+            let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+            let output = vrcs(&arguments);
+            assert!(output.status.success(), "{what}: {}", text(&output.stderr));
+            let pictures = outputs.each_ref().map(grey);
+            let found = [0, 1].map(|i| pictures[i].get_pixel(*x, *y).0[0]);
+            assert_eq!(found, *wanted, "{what}: rate and reason of quad {x},{y}");
+            assert_eq!(pictures[2].dimensions(), (18, 10), "{what}");
+            assert_eq!(pictures[3].dimensions(), (70, 37), "{what}");
+            seen.push(pictures);
+        }
+        assert!(seen[0] == seen[1], "{what}: a driver and the CPU differ");
     }
 }
 

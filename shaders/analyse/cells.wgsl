@@ -23,7 +23,7 @@ var<workgroup> cells: array<u32, PLANE * #{PLANES}u>;
 
 #ifdef ASIDES
 // Of each square: the least speed across in bits 0 to 9 and down in 10 to 19; the first lost pixel's doubt of its upper row in bits 20 and
-// 21, of its lower row in 22 and 23; whether a pixel is invalid in bit 24.
+// 21, of its lower row in 22 and 23; whether a pixel is invalid in bit 24; whether one has no known motion in bit 25, for the reasons.
 var<workgroup> asides: array<u32, ROW * SQUARES.y>;
 #endif
 
@@ -114,6 +114,11 @@ fn fill_square(at: vec2<u32>, origin: vec2<u32>) {
     let under = min(source::speed_key(vec2<u32>(low.x, high.y)), source::speed_key(high));
     let speeds = source::speeds_of_key(min(above, under));
     aside |= speeds.x | (speeds.y << 10u);
+#ifdef REASONS
+    let lost_above = source::is_lost_at(low) || source::is_lost_at(vec2<u32>(high.x, low.y));
+    let lost_under = source::is_lost_at(vec2<u32>(low.x, high.y)) || source::is_lost_at(high);
+    aside |= select(0u, 1u << 25u, lost_above || lost_under);
+#endif
 #endif
     asides[at.y * ROW + slot] = aside;
 #endif

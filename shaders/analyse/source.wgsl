@@ -26,7 +26,7 @@
 
 // Doubt.
 const SURE: u32 = 0u;
-const INVALID: u32 = 1u;
+const NO_MOTION: u32 = 1u;
 const OFF_SCREEN: u32 = 2u;
 const DISOCCLUDED: u32 = 3u;
 
@@ -87,14 +87,26 @@ fn motion_at(p: vec2<u32>) -> vec2<u32> {
 }
 #endif
 
+#ifdef MOTION
+const INFINITE: u32 = 0x7f800000u;
+
+// Whether a vector is no number.
+fn is_lost_motion(vector: vec2<u32>) -> bool {
+    return any((vector & vec2<u32>(0x7fffffffu)) > vec2<u32>(INFINITE));
+}
+#endif
+
 #ifdef REPROJECTION
 // The pixel of the previous picture that a pixel shows, and doubt.
 fn moved_source(p: vec2<u32>) -> vec3<u32> {
     var position = vec2<i32>(position_of(p));
     var doubt = SURE;
-    let offset = bitcast<vec2<f32>>(motion_at(p)) * params.offset_scale;
+    let vector = motion_at(p);
+    let offset = bitcast<vec2<f32>>(vector) * params.offset_scale;
     // a magnitude below 2^23 surely is a number that fits
-    if any((bitcast<vec2<u32>>(offset) & vec2<u32>(0x7fffffffu)) >= vec2<u32>(0x4b000000u)) {
+    if is_lost_motion(vector) {
+        doubt = NO_MOTION;
+    } else if any((bitcast<vec2<u32>>(offset) & vec2<u32>(0x7fffffffu)) >= vec2<u32>(0x4b000000u)) {
         doubt = OFF_SCREEN;
     } else {
         position += (vec2<i32>(floor(offset)) + 1) >> vec2<u32>(1u);
@@ -117,7 +129,15 @@ fn moved_source(p: vec2<u32>) -> vec3<u32> {
 #endif
 
 #ifdef MOTION
-const INFINITE: u32 = 0x7f800000u;
+// Whether a pixel has no known motion, and counts as standing still. What does not move with the world needs none.
+fn is_lost_at(p: vec2<u32>) -> bool {
+#ifdef FLAGS
+    if (textureLoad(marks, vec2<i32>(p), 0).x & 1u) != 0u {
+        return false;
+    }
+#endif
+    return is_lost_motion(motion_at(p));
+}
 
 // The index of a speed whose magnitude has these bits.
 fn speed_index(bits: u32, scale: f32) -> u32 {

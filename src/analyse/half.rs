@@ -9,6 +9,11 @@ use crate::{rate::Rate, sri::Sri};
 
 /// What a rate of the smaller picture may be.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(
+    feature = "cli",
+    derive(serde::Deserialize),
+    serde(rename_all = "kebab-case", rename_all_fields = "kebab-case")
+)]
 pub enum HalfResolution {
     /// The picture's own code: twice the footprint on the screen. For what is blurred or upsampled afterwards, as ambient occlusion is.
     #[default]

@@ -53,6 +53,8 @@ pub mod reproject;
 pub mod settings;
 pub mod smoothing;
 pub mod tiles;
+#[cfg(feature = "cli")]
+pub(crate) mod written;
 
 #[cfg(test)]
 mod tests;

@@ -23,6 +23,11 @@ pub struct Cameras {
 
 /// A thin lens: the circle of confusion of a distance z is `infinity · |1 − focus / z|`.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "cli",
+    derive(serde::Deserialize),
+    serde(rename_all = "kebab-case", default, deny_unknown_fields)
+)]
 pub struct Lens {
     /// The distance that is in focus, in units of the scene, as `near`.
     pub focus: f64,

@@ -26,6 +26,11 @@ use crate::{
 
 /// The application's own rates. The default states nothing.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(
+    feature = "cli",
+    derive(serde::Deserialize),
+    serde(rename_all = "kebab-case", default, deny_unknown_fields)
+)]
 pub struct OwnRates {
     /// By material or object.
     pub ids: Option<IdRates>,
@@ -37,8 +42,17 @@ pub struct OwnRates {
 
 /// Rates by material or object.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "cli",
+    derive(serde::Deserialize),
+    serde(rename_all = "kebab-case", default, deny_unknown_fields)
+)]
 pub struct IdRates {
     /// The rate of each id, of at most 256; `None`, or an id beyond the list, states nothing.
+    #[cfg_attr(
+        feature = "cli",
+        serde(deserialize_with = "super::written::rates_by_id")
+    )]
     pub rates: Vec<Option<Rate>>,
     /// How it is combined: what was found is A, the rate stated is B.
     pub combiner: Combiner,
@@ -56,9 +70,15 @@ impl Default for IdRates {
 
 /// Rates by distance: what is far may be coarse, or what is near need not be.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "cli",
+    derive(serde::Deserialize),
+    serde(rename_all = "kebab-case", default, deny_unknown_fields)
+)]
 pub struct DistanceLadder {
     /// A distance, and the rate from there on, in order of distance; the last that is reached holds. An infinite distance is
     /// no step. In units of the scene, as `near`.
+    #[cfg_attr(feature = "cli", serde(deserialize_with = "super::written::steps"))]
     pub steps: [(f64, Rate); 4],
     /// How it is combined: what was found is A, the rate stated is B.
     pub combiner: Combiner,
@@ -85,6 +105,11 @@ impl Default for DistanceLadder {
 
 /// The rate of what is flagged as a [particle](flags::PARTICLE).
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "cli",
+    derive(serde::Deserialize),
+    serde(rename_all = "kebab-case", default, deny_unknown_fields)
+)]
 pub struct Particles {
     /// The rate.
     pub rate: Rate,

@@ -41,6 +41,8 @@ pub struct Place {
     pub shine: u32,
     /// The most noise of the quad, 0 to 255.
     pub noise: u32,
+    /// Whether a pixel of the window has no known motion, and counts as standing still.
+    pub is_lost: bool,
 }
 
 /// One twin's arithmetic.
@@ -88,6 +90,9 @@ pub fn source(
         fixed::mul_high(centre << 8, params.ratio[axis]) as i32
     });
     if let (Some(_), Some(motion)) = (settings.reprojection, inputs.motion) {
+        if motion[at].iter().any(|component| component.is_nan()) {
+            return Err(Reason::NoMotion);
+        }
         for (axis, position) in position.iter_mut().enumerate() {
             let offset = motion[at][axis] * params.offset_scale[axis];
             // a magnitude below 2^23 surely is a number that fits
@@ -444,6 +449,13 @@ impl<N: Numbers> Stage<'_, N> {
             }),
             _ => [0; 2],
         };
+        let is_lost = match (self.settings.motion, self.inputs.motion) {
+            (Some(_), Some(vectors)) => window.iter().any(|&pixel| {
+                let marks = self.inputs.flags.map_or(0, |flags| flags[pixel]);
+                marks & flags::STATIC == 0 && vectors[pixel].iter().any(|c| c.is_nan())
+            }),
+            _ => false,
+        };
         let previous = self.inputs.previous_rates.map_or(0, |rates| {
             let (x, y) = (
                 from % self.params.previous[0],
@@ -469,6 +481,7 @@ impl<N: Numbers> Stage<'_, N> {
             quad,
             shine,
             noise,
+            is_lost,
         }
     }
 
@@ -531,6 +544,7 @@ impl<N: Numbers> Stage<'_, N> {
         let is_fast = (0..2).all(|axis| place.speed[axis] >= self.params.half_fast);
         let mut reason = match (rate == logs_cap(self.params), motion_only) {
             (true, _) => Reason::None,
+            (false, _) if place.is_lost => Reason::NoMotion,
             (false, None) => Reason::Content,
             (false, Some(_)) => Reason::Motion,
         };

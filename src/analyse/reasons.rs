@@ -12,7 +12,7 @@ pub enum Reason {
     NoHistory = 2,
     /// A value that is no luma: no number, infinite, negative, above white.
     Invalid = 3,
-    /// The surface was outside the previous picture.
+    /// The surface was outside the previous picture, or further away than positions reach.
     OffScreen = 4,
     /// The surface was hidden.
     Disoccluded = 5,
@@ -28,11 +28,14 @@ pub enum Reason {
     Motion = 10,
     /// The application's own rate.
     Own = 11,
+    /// A pixel whose motion is missing: no number for a vector, no depth or no camera to work one out. Where the past is fetched along
+    /// motion that is full rate; elsewhere the pixel counts as standing still.
+    NoMotion = 12,
 }
 
 impl Reason {
     /// All, in order of their bytes.
-    pub const ALL: [Reason; 12] = [
+    pub const ALL: [Reason; 13] = [
         Reason::None,
         Reason::Content,
         Reason::NoHistory,
@@ -45,6 +48,7 @@ impl Reason {
         Reason::Neighbour,
         Reason::Motion,
         Reason::Own,
+        Reason::NoMotion,
     ];
 
     /// The reason of a byte.

@@ -6,6 +6,8 @@
 
 use glam::{DMat4, DVec3, DVec4};
 
+use super::{inputs::Inputs, params::Params, pipeline, settings::Settings};
+
 /// The vector from where a surface was to where it is, in pixels of a picture of `size`, for the centre of a pixel.
 pub fn camera_motion(
     pixel: [u32; 2],
@@ -72,6 +74,35 @@ pub fn camera_motions(
             camera_motion(pixel, size, depth, &now_from_clip, previous)
         })
         .collect()
+}
+
+/// The depth of the frame before as far as this frame tells it, for [`Inputs::previous_depth`] where that is not had: each surface that
+/// is seen now, carried back along its motion; where two come from one place, the nearer. So what was hidden by something that can
+/// still be seen is found; what was hidden by something that has left the picture is not.
+///
+/// Row by row, of `inputs.previous_size`; where nothing comes from, the furthest depth, which nothing looks up.
+pub fn depth_before(inputs: &Inputs, settings: &Settings) -> Vec<f32> {
+    let inputs = Inputs {
+        previous_depth: None,
+        ..*inputs
+    };
+    let is_reversed = settings.reprojection.unwrap_or_default().reversed_z;
+    let params = Params::new(settings, &inputs.frame());
+    let [width, height] = inputs.previous_size;
+    let furthest: f32 = if is_reversed { 0.0 } else { 1.0 };
+    let mut before = vec![furthest; width as usize * height as usize];
+    for (at, &depth) in inputs.depth.unwrap_or_default().iter().enumerate() {
+        let (x, y) = (at as u32 % inputs.size[0], at as u32 / inputs.size[0]);
+        let Ok(from) = pipeline::source(x, y, &inputs, settings, &params) else {
+            continue;
+        };
+        let there = &mut before[from as usize];
+        *there = match is_reversed {
+            true => depth.max(*there),
+            false => depth.min(*there),
+        };
+    }
+    before
 }
 
 #[cfg(test)]

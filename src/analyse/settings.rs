@@ -6,6 +6,11 @@ use crate::Rate;
 
 /// How many differences become one error (§3.1).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(
+    feature = "cli",
+    derive(serde::Deserialize),
+    serde(rename_all = "kebab-case", rename_all_fields = "kebab-case")
+)]
 pub enum Norm {
     /// Root mean square: Eq. 2.
     #[default]
@@ -13,6 +18,7 @@ pub enum Norm {
     /// Mean: what the GDC talk ships. On ramps its feedback gain is 1.
     L1,
     /// Maximum. Its feedback gain on ramps is 2 and 4.
+    #[cfg_attr(feature = "cli", serde(rename = "linf"))]
     LInf,
     /// The root of the mean of halved differences: what Intel's VALAR calls a mean square. Of another unit than the threshold, so
     /// that t has to be 0.25 to 0.75.
@@ -21,6 +27,11 @@ pub enum Norm {
 
 /// Which pairs of neighbours are looked at.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(
+    feature = "cli",
+    derive(serde::Deserialize),
+    serde(rename_all = "kebab-case", rename_all_fields = "kebab-case")
+)]
 pub enum Pairs {
     /// All: twelve on each axis of a quad's window. A shift by one pixel changes little (§3.1).
     #[default]
@@ -38,6 +49,11 @@ pub enum Pairs {
 
 /// What the difference of two pixels is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(
+    feature = "cli",
+    derive(serde::Deserialize),
+    serde(rename_all = "kebab-case", rename_all_fields = "kebab-case")
+)]
 pub enum Difference {
     /// That of their luma: the paper's choice (§5.1). Edges of equal luma vanish.
     #[default]
@@ -50,6 +66,11 @@ pub enum Difference {
 
 /// What 8-bit codes mean.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(
+    feature = "cli",
+    derive(serde::Deserialize),
+    serde(rename_all = "kebab-case", rename_all_fields = "kebab-case")
+)]
 pub enum Transfer {
     /// sRGB, exactly (IEC 61966-2-1).
     #[default]
@@ -60,6 +81,11 @@ pub enum Transfer {
 
 /// How brightness enters.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(
+    feature = "cli",
+    derive(serde::Deserialize),
+    serde(rename_all = "kebab-case", rename_all_fields = "kebab-case")
+)]
 pub enum Form {
     /// The threshold is t · (mean luma + l): Eq. 15.
     #[default]
@@ -76,6 +102,11 @@ pub enum Form {
 
 /// How much each channel counts for luma.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(
+    feature = "cli",
+    derive(serde::Deserialize),
+    serde(rename_all = "kebab-case", rename_all_fields = "kebab-case")
+)]
 pub enum Weights {
     /// 0.299, 0.587 and 0.114: Eq. 25.
     #[default]
@@ -104,6 +135,11 @@ impl Weights {
 
 /// Content-adaptive shading (§3; GDC pass 1).
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "cli",
+    derive(serde::Deserialize),
+    serde(rename_all = "kebab-case", default, deny_unknown_fields)
+)]
 pub struct Content {
     /// How differences are averaged.
     pub norm: Norm,
@@ -146,6 +182,11 @@ impl Default for Content {
 
 /// What motion does to the error.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "cli",
+    derive(serde::Deserialize),
+    serde(rename_all = "kebab-case", rename_all_fields = "kebab-case")
+)]
 pub enum Blur {
     /// It is scaled by b_H and b_Q (Eq. 20 to 22).
     Scaled,
@@ -163,6 +204,11 @@ pub enum Blur {
 
 /// Speeds from which on a rate is used, the larger axis deciding for both as in Wicked Engine, in pictures a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "cli",
+    derive(serde::Deserialize),
+    serde(rename_all = "kebab-case", default, deny_unknown_fields)
+)]
 pub struct Ladder {
     /// From this on 2x1.
     pub r2x1: f64,
@@ -188,6 +234,11 @@ impl Default for Ladder {
 
 /// Motion-adaptive shading (§4). The speed is the least of the window, for each axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "cli",
+    derive(serde::Deserialize),
+    serde(rename_all = "kebab-case", default, deny_unknown_fields)
+)]
 pub struct Motion {
     /// What it does.
     pub blur: Blur,
@@ -210,6 +261,11 @@ impl Default for Motion {
 
 /// What is fetched along motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(
+    feature = "cli",
+    derive(serde::Deserialize),
+    serde(rename_all = "kebab-case", rename_all_fields = "kebab-case")
+)]
 pub enum Fetch {
     /// The previous picture, for each pixel (§5.1).
     #[default]
@@ -222,6 +278,11 @@ pub enum Fetch {
 /// The previous picture is fetched along motion (§5.1). Motion vectors, times their scale, point from where a surface was
 /// to where it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "cli",
+    derive(serde::Deserialize),
+    serde(rename_all = "kebab-case", default, deny_unknown_fields)
+)]
 pub struct Reprojection {
     /// What is fetched.
     pub fetch: Fetch,
@@ -247,6 +308,11 @@ impl Default for Reprojection {
 
 /// Smooth metals are more sensitive in slow motion, and mirrors always (GDC, pass 2, problems 1 and 2).
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "cli",
+    derive(serde::Deserialize),
+    serde(rename_all = "kebab-case", default, deny_unknown_fields)
+)]
 pub struct Materials {
     /// The tolerance at smoothness · Rf0 = 1 and no motion, as a share; 0 to 1.
     pub least: f64,
@@ -268,6 +334,11 @@ impl Default for Materials {
 
 /// What keeps the loop from rates to picture to rates from swinging (§5.4).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(
+    feature = "cli",
+    derive(serde::Deserialize),
+    serde(rename_all = "kebab-case", rename_all_fields = "kebab-case")
+)]
 pub enum Stability {
     /// Nothing.
     #[default]
@@ -283,6 +354,11 @@ pub enum Stability {
 /// The extra half rate (DOOM: The Dark Ages, "Noise is from Hell!"): what is coarse on both axes is judged again, with
 /// less tolerance, and may become coarse on one axis only; never 1x1.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "cli",
+    derive(serde::Deserialize),
+    serde(rename_all = "kebab-case", default, deny_unknown_fields)
+)]
 pub struct HalfRate {
     /// The tolerance of the second look, as a share; 0 to 1. With a noise mask, this is where the mask is 1, and less
     /// of it the less the mask.
@@ -302,6 +378,11 @@ impl Default for HalfRate {
 
 /// Less tolerance in the middle than outside, tied to the dynamic resolution (DOOM: "Foveated Shading Rate linked to DRS").
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "cli",
+    derive(serde::Deserialize),
+    serde(rename_all = "kebab-case", default, deny_unknown_fields)
+)]
 pub struct Foveation {
     /// Where one looks, 0 to 1 on each axis.
     pub centre: [f64; 2],
@@ -336,6 +417,11 @@ impl Foveation {
 
 /// More tolerance at the picture's border (DOOM: "Increased Shading Rate tolerance in 'Safe Area'"). Not forced to 2x2.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "cli",
+    derive(serde::Deserialize),
+    serde(rename_all = "kebab-case", default, deny_unknown_fields)
+)]
 pub struct SafeArea {
     /// The border's width in pixels.
     pub width: u32,
@@ -354,6 +440,11 @@ impl Default for SafeArea {
 
 /// Limits between neighbours (§5.4; GDC pass 3).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(
+    feature = "cli",
+    derive(serde::Deserialize),
+    serde(rename_all = "kebab-case", rename_all_fields = "kebab-case")
+)]
 pub enum Smoothing {
     /// None.
     #[default]
@@ -367,6 +458,11 @@ pub enum Smoothing {
 
 /// All of it. The default is the paper's content-adaptive shading alone.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "cli",
+    derive(serde::Deserialize),
+    serde(rename_all = "kebab-case", default, deny_unknown_fields)
+)]
 pub struct Settings {
     /// Content.
     pub content: Content,

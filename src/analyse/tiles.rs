@@ -72,14 +72,14 @@ fn fetch(
     high: [u32; 2],
 ) -> Result<([i32; 2], [f32; 2]), Reason> {
     let (Some(depth), Some(cameras)) = (inputs.depth, inputs.cameras) else {
-        return Err(Reason::OffScreen);
+        return Err(Reason::NoMotion);
     };
     let mut far: Option<f32> = None;
     for y in low[1]..high[1] {
         for x in low[0]..high[0] {
             let value = depth[(y * inputs.size[0] + x) as usize];
             if !(0.0..=1.0).contains(&value) {
-                return Err(Reason::Disoccluded);
+                return Err(Reason::NoMotion);
             }
             far = Some(far.map_or(value, |far| match params.reversed_z != 0 {
                 true => far.min(value),
@@ -91,6 +91,9 @@ fn fetch(
     let to_world = cameras.now.inverse();
     let depth = far.unwrap_or_default();
     let moved = motion_of(centre, inputs.size, depth, &to_world, &cameras.before);
+    if moved.iter().any(|component| component.is_nan()) {
+        return Err(Reason::NoMotion);
+    }
     let mut position = [0; 2];
     for axis in 0..2 {
         let offset = moved[axis] * params.offset_scale[axis];

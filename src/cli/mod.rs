@@ -53,7 +53,7 @@ enum Command {
     /// Check a rewrite on a driver: run original and rewritten shader over many shading rates, bit for bit.
     Check(check::Arguments),
     /// Tell how coarse a picture may be shaded: its rates, an overlay, the image for hardware variable-rate shading.
-    Analyse(analyse::Arguments),
+    Analyse(Box<analyse::Arguments>),
     /// Tell what an analysis of a scene compiles, binds and dispatches. Needs no GPU.
     Plan(plan::Arguments),
     /// Shade a scene at full rate and at variable rate; write pictures and print what it saved.

@@ -23,6 +23,11 @@ use super::Rate;
 /// | `Sum` | `SUM` 4 | `MUL` 4 |
 /// | `LooseSum` | | `MUL` 4 where `fragmentShadingRateStrictMultiplyCombiner` is false |
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(
+    feature = "cli",
+    derive(serde::Deserialize),
+    serde(rename_all = "kebab-case", rename_all_fields = "kebab-case")
+)]
 pub enum Combiner {
     /// A. What is in force where no combiner was ever set.
     Passthrough,

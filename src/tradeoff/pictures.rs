@@ -22,6 +22,7 @@ pub fn reason(reason: Reason) -> (&'static str, [u8; 3]) {
         Reason::Neighbour => ("a finer neighbour", [0, 200, 180]),
         Reason::Motion => ("too slow", [245, 170, 40]),
         Reason::Own => ("the application's own", [150, 110, 60]),
+        Reason::NoMotion => ("motion missing", [180, 180, 255]),
     }
 }
 

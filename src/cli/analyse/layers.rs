@@ -1,15 +1,22 @@
-//! Motion, depth and matrices from files.
+//! What belongs to a picture, from files: motion, depth, the width of a blur, matrices, bytes of pixels, rates.
 //!
 //! Motion vectors are two channels of an EXR, in pixels, from where a surface was to where it is, y down: the channels `X` and
-//! `Y`, `U` and `V`, or `R` and `G`, under any layer's name. Depth is one channel, 0 to 1: `Z`, `depth`, `R` or `Y`.
+//! `Y`, `U` and `V`, or `R` and `G`, under any layer's name. Depth is one channel, 0 to 1: `Z`, `depth`, `R` or `Y`; a blur's width, in
+//! pixels, `blur`, `coc`, or the same. Bytes are pictures of eight bits a channel, taken as they are.
 
 use std::{io::Cursor, path::Path};
 
 use exr::prelude::{ReadChannels, ReadLayers};
 use glam::DMat4;
+use image::{DynamicImage, ImageReader};
 use serde::Deserialize;
 
-use crate::cli::{Failure, files};
+use crate::{
+    Rate,
+    analyse::Cameras,
+    cli::{Failure, files},
+    sri::{Sri, SriLayout},
+};
 
 /// One channel: its name without its layer's, in capitals, and its values row by row.
 struct Channel {
@@ -90,11 +97,71 @@ pub(super) fn motion(path: &Path, size: [u32; 2]) -> Result<Vec<[f32; 2]>, Failu
         .collect())
 }
 
-/// Depth of a picture of a size.
-pub(super) fn depth(path: &Path, size: [u32; 2]) -> Result<Vec<f32>, Failure> {
+/// One number for each pixel of a picture of a size: depth, or the width of a blur.
+pub(super) fn number(path: &Path, size: [u32; 2]) -> Result<Vec<f32>, Failure> {
     let channels = read(path, size)?;
-    let mut found = pick(path, &channels, &[&["Z"], &["DEPTH"], &["R"], &["Y"]])?;
+    let names: [&[&str]; 6] = [&["Z"], &["DEPTH"], &["BLUR"], &["COC"], &["R"], &["Y"]];
+    let mut found = pick(path, &channels, &names)?;
     Ok(found.swap_remove(0))
+}
+
+/// A picture of eight bits a channel, of a size.
+fn deep_as_bytes(path: &Path, size: [u32; 2]) -> Result<DynamicImage, Failure> {
+    let bytes = files::read_bytes(path)?;
+    let name = files::display_name(path);
+    let outside = |why: String| Failure::Outside(format!("{name}: {why}"));
+    let picture = ImageReader::new(Cursor::new(bytes))
+        .with_guessed_format()
+        .map_err(|error| outside(error.to_string()))?
+        .decode()
+        .map_err(|error| outside(format!("it cannot be read: {error}").replace('\n', " ")))?;
+    let found = [picture.width(), picture.height()];
+    if found != size {
+        return Err(outside(format!(
+            "it has {}x{} pixels, and {}x{} are wanted",
+            found[0], found[1], size[0], size[1]
+        )));
+    }
+    match picture {
+        DynamicImage::ImageLuma8(_)
+        | DynamicImage::ImageLumaA8(_)
+        | DynamicImage::ImageRgb8(_)
+        | DynamicImage::ImageRgba8(_) => Ok(picture),
+        _ => Err(outside("it has no eight bits a channel".to_owned())),
+    }
+}
+
+/// A byte for each pixel of a picture of a size: its grey, or its red.
+pub(super) fn bytes(path: &Path, size: [u32; 2]) -> Result<Vec<u8>, Failure> {
+    let rgba = deep_as_bytes(path, size)?.into_rgba8();
+    Ok(rgba.pixels().map(|pixel| pixel.0[0]).collect())
+}
+
+/// Smoothness and Rf0 of a picture of a size: red and green.
+pub(super) fn materials(path: &Path, size: [u32; 2]) -> Result<Vec<[u8; 2]>, Failure> {
+    let picture = deep_as_bytes(path, size)?;
+    if !picture.color().has_color() {
+        return Err(Failure::Outside(format!(
+            "{}: it is grey; smoothness is red, and Rf0 green",
+            files::display_name(path)
+        )));
+    }
+    let rgb = picture.into_rgb8();
+    Ok(rgb.pixels().map(|pixel| [pixel.0[0], pixel.0[1]]).collect())
+}
+
+/// Rates of a picture of a size, as `-o` writes them.
+pub(super) fn rates(path: &Path, [width, height]: [u32; 2]) -> Result<Sri, Failure> {
+    let layout = SriLayout::new(width, height);
+    let codes = bytes(path, [layout.width, layout.height])?;
+    let at = |x: u32, y: u32| codes[(y * layout.width + x) as usize];
+    if let Some(&code) = codes.iter().find(|&&code| Rate::from_code(code).is_none()) {
+        return Err(Failure::Outside(format!(
+            "{}: {code} is no code of a rate",
+            files::display_name(path)
+        )));
+    }
+    Ok(Sri::from_fn(width, height, at))
 }
 
 /// The matrices' file.
@@ -106,7 +173,7 @@ struct File {
 }
 
 /// The world to clip space, now and before: four rows of four numbers each, for column vectors.
-pub(super) fn matrices(path: &Path) -> Result<[DMat4; 2], Failure> {
+pub(super) fn matrices(path: &Path) -> Result<Cameras, Failure> {
     let text = files::read_text(path)?;
     let name = files::display_name(path);
     let file: File = serde_json::from_str(&text).map_err(|error| {
@@ -117,7 +184,10 @@ pub(super) fn matrices(path: &Path) -> Result<[DMat4; 2], Failure> {
     let both = [file.view_projection, file.previous_view_projection]
         .map(|rows| DMat4::from_cols_array_2d(&rows).transpose());
     match both.iter().all(|m| m.is_finite() && m.determinant() != 0.0) {
-        true => Ok(both),
+        true => Ok(Cameras {
+            now: both[0],
+            before: both[1],
+        }),
         false => Err(Failure::Outside(format!("{name}: a matrix has no inverse"))),
     }
 }

@@ -1,41 +1,38 @@
 //! `vrcs analyse`: how coarse a picture may be shaded.
 //!
 //! Does: runs the analysis of the library on a picture, or on the frame before it along its motion; prints the share of each
-//! rate, writes the rates, the hardware-VRS image, the reasons and an overlay.
+//! rate, writes the rates, the hardware-VRS image, the reasons and an overlay. All that the library can be given has a file of its own,
+//! and all its settings a name in a file of settings.
 //! Needs: a picture in PNG, JPEG, EXR or Radiance HDR; a driver, or `--cpu`, which gives the same bytes.
 //! Guarantees: all files are written, each whole, or none appears.
-//! Refuses: what is no such picture, inputs of another size, an output that is an input, a tile without an attachment.
+//! Refuses: what is no such picture, inputs of another size, inputs that nothing looks at, an output that is an input, a tile without an
+//! attachment.
 
 mod device;
+mod given;
 mod layers;
-mod options;
+pub(super) mod options;
+mod outputs;
 mod overlay;
 mod picture;
+mod shares;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::ValueEnum;
-use serde_json::json;
 
 use self::{
     device::Found,
+    given::{Given, GivenFiles},
     options::{LumaSource, Options},
+    outputs::{Made, OutputFiles},
     picture::{Picture, Pixels},
 };
-use super::{Failure, files, talk};
+use super::Failure;
 use crate::{
     Rate,
-    analyse::{
-        Colour, Inputs, Settings, integer,
-        refit::refit_k,
-        reproject,
-        settings::{Motion, Reprojection},
-    },
-    atomic::Pending,
-    attach::{
-        AdditionalRates, AttachOptions, Encoding, Samples, Shading, Support, Tile, cpu::Attachment,
-        cpu::attach,
-    },
+    analyse::{Colour, Inputs, Settings, integer, refit::refit_k},
+    attach::{AdditionalRates, AttachOptions, Encoding, Samples, Support, Tile, cpu::attach},
     check::gpu::Gpu,
     plan::{ColourForm, Plan, Scene},
     sri::Sri,
@@ -46,61 +43,61 @@ use crate::{
   SRI.png          one 8-bit grey pixel for each quad of 2x2 pixels: the code of its rate, (log2 W << 2) | log2 H
   the attachment   one 8-bit grey pixel for each tile: a code for d3d12 and khr, for nv an index into the palette whose
                    entries are the values of VkShadingRatePaletteEntryNV
-  the reasons      one 8-bit grey pixel for each quad: 0 coarse, 1 content, 3 no number, 4 off screen, 5 disoccluded,
-                   9 a finer neighbour, 10 too slow
+  the reasons      one 8-bit grey pixel for each quad: 0 coarse, 1 content, 2 no frame before, 3 no number, 4 off screen,
+                   5 disoccluded, 6 a mirror, 7 masked, 8 the extra half rate, 9 a finer neighbour, 10 too slow,
+                   11 the application's own rate, 12 motion missing
+  the √luma        one 8-bit grey pixel for each pixel of what is analysed: round(255 √luma)
   the motion       an EXR: X and Y, in pixels of the picture, from where a surface was to where it is, y down
   the depth        an EXR: Z, 0 to 1
+  the blur         an EXR: blur, coc or R, in pixels
   the matrices     JSON: view_projection and previous_view_projection, four rows of four numbers each
+  the settings     TOML, every line of which may be left out; an effect that is not named is not there:
+                     largest = \"4x2\"               # and smoothing, stability, overshoot, half-resolution
+                     [content]                       # norm, pairs, difference, transfer, form, weights, threshold, ambient, k
+                     threshold = 0.1
+                     [motion]                        # blur, weight, scale
+                     blur = { standalone = { error = 0.1 } }
+                     [reprojection]                  # fetch, tolerance, reversed-z, near-over-far
+                     fetch = \"tile\"
+                     [lens]                          # focus, infinity, most, near, far, reversed-z
+                     focus = 3.0
+                     [materials]                     # least, slow, mirror
+                     [half-rate]                     # tolerance, fast
+                     [foveation]                     # centre, falloff, strength
+                     [safe-area]                     # width, tolerance
+                     [own.ids]
+                     rates = { 3 = \"2x2\", 7 = \"1x1\" }
+                     [own.distance]                  # steps, combiner, near, far, reversed-z
+                     steps = [[20.0, \"2x1\"], [60.0, \"2x2\"]]
+                     [own.particles]                 # rate, combiner
 
 Examples:
   vrcs analyse frame.png -o sri.png --overlay overlay.png
   vrcs analyse frame.exr --threshold 0.1 --attachment khr --tile 16 --attachment-output rates.png
-  vrcs analyse frame2.png --previous frame1.png --motion motion.exr --depth depth2.exr --previous-depth depth1.exr")]
+  vrcs analyse frame2.png --previous frame1.png --motion motion.exr --depth depth2.exr --previous-depth depth1.exr
+  vrcs analyse frame.png --settings mine.toml --materials smoothness_rf0.png --mask hud.png --reasons why.png")]
 pub(super) struct Arguments {
     /// The picture: PNG, JPEG, EXR or Radiance HDR; `-` is standard input.
     #[arg(value_name = "IMAGE")]
     image: PathBuf,
-    /// Where the rates go, as a grey PNG.
-    #[arg(short, long, value_name = "SRI.png")]
-    output: Option<PathBuf>,
+    #[command(flatten)]
+    outputs: OutputFiles,
     #[command(flatten)]
     options: Options,
-    /// The picture of the frame before, which is what is analysed, along motion; without, IMAGE itself is.
-    #[arg(long, value_name = "IMAGE")]
-    previous: Option<PathBuf>,
-    /// IMAGE's motion vectors.
-    #[arg(long, value_name = "FILE.exr", conflicts_with = "matrices")]
-    motion: Option<PathBuf>,
-    /// IMAGE's depth; with --previous-depth it finds what was hidden, with --matrices it gives the motion.
-    #[arg(long, value_name = "FILE.exr")]
-    depth: Option<PathBuf>,
-    /// The depth of the frame before.
-    #[arg(long, value_name = "FILE.exr", requires = "depth")]
-    previous_depth: Option<PathBuf>,
-    /// The cameras of both frames, for the motion of a scene that has no vectors.
-    #[arg(long, value_name = "FILE.json", requires = "depth")]
-    matrices: Option<PathBuf>,
-    /// What depth 0 is: the far plane (reversed) or the near one (standard).
-    #[arg(long, value_name = "KIND", default_value = "reversed")]
-    z: Z,
+    #[command(flatten)]
+    given: GivenFiles,
+    /// What depth 0 is: the far plane (reversed) or the near one (standard). Reversed, unless the settings say otherwise.
+    #[arg(long, value_name = "KIND")]
+    z: Option<Z>,
     /// Also make the image that hardware variable-rate shading reads.
     #[arg(long, value_name = "KIND", requires = "attachment_output")]
     attachment: Option<Kind>,
-    /// Where that image goes, as a grey PNG.
-    #[arg(long, value_name = "FILE.png", requires = "attachment")]
-    attachment_output: Option<PathBuf>,
     /// The side of its tiles: 8, 16 or 32 pixels.
     #[arg(long, default_value = "16", value_name = "N", value_parser = parse_tile, requires = "attachment")]
     tile: Tile,
     /// Samples for each pixel of the target that is drawn to.
     #[arg(long, default_value = "1", value_name = "N", value_parser = parse_samples, requires = "attachment")]
     samples: Samples,
-    /// Where a picture goes that shows the rates.
-    #[arg(long, value_name = "FILE.png")]
-    overlay: Option<PathBuf>,
-    /// Where the reasons go, as a grey PNG.
-    #[arg(long, value_name = "FILE.png")]
-    reasons: Option<PathBuf>,
     /// Run on the CPU: the same bytes, without a driver.
     #[arg(long, conflicts_with = "adapter")]
     cpu: bool,
@@ -143,39 +140,67 @@ fn parse_samples(text: &str) -> Result<Samples, String> {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    refuse_what_does_nothing(arguments)?;
-    refuse_to_overwrite(arguments)?;
-    let has_motion = arguments.motion.is_some() || arguments.matrices.is_some();
-    let mut settings = arguments.options.settings(has_motion)?;
+    outputs::refuse_to_overwrite(arguments)?;
+    let mut settings = settings_of(arguments)?;
     let picture = Picture::read(&arguments.image)?;
     let size = picture.size();
-    let given = Given::read(arguments, size)?;
-    if given.motion.is_some() {
-        settings.reprojection = arguments.previous.as_ref().map(|_| Reprojection {
-            reversed_z: arguments.z == Z::Reversed,
-            ..Reprojection::default()
-        });
-        settings.motion.get_or_insert_with(Motion::default);
-    }
-    let analysed = given.previous.as_ref().unwrap_or(&picture);
+    let mut given = arguments.given.read(&settings, size)?;
+    // what is analysed is the frame before, if there is one; it is taken out, since what belongs to it stays
+    let before = given.previous.take();
+    let analysed = before.as_ref().unwrap_or(&picture);
     if arguments.options.refit_k {
         settings.content.k = refit(analysed)?;
     }
-    let found = analyse(arguments, &settings, size, analysed, &given)?;
+    let sizes = [size, analysed.size()];
+    let (pixels, after) = pixels_of(arguments, &settings, analysed, &given)?;
+    given.complete(&settings, &pixels, sizes);
+    let inputs = Inputs {
+        resolution_scale: arguments.options.resolution_scale,
+        ..given.inputs(sizes, &pixels, after.as_ref())
+    };
+    let found = analyse(arguments, &settings, &inputs)?;
     let granularity = arguments.options.granularity;
     let sri = uniform_in(&found.sri, size, granularity);
     let attachment = arguments.attachment.map(|kind| {
         let rates = uniform_in(&found.attachment, size, granularity);
         attach(&rates, size, &attach_options(kind, arguments))
     });
-    write(
-        arguments,
-        &picture,
-        &sri,
-        &found.reasons,
-        attachment.as_ref(),
-    )?;
-    print(arguments, &settings, size, &sri, attachment.as_ref())
+    let made = Made {
+        picture: &picture,
+        sri: &sri,
+        found: &found,
+        analysed_size: analysed.size(),
+        attachment: attachment.as_ref(),
+    };
+    outputs::write(arguments, &made)?;
+    shares::print(arguments, &settings, size, &sri, attachment.as_ref())
+}
+
+/// The settings: those of the file or the estimator, changed by the options, with the effects that files are given for.
+fn settings_of(arguments: &Arguments) -> Result<Settings, Failure> {
+    let given = &arguments.given;
+    let mut settings = arguments.options.settings(given.has_motion())?;
+    given.turn_on(&mut settings);
+    if arguments.outputs.half.is_some() {
+        settings.half_resolution.get_or_insert_default();
+    }
+    if let Some(z) = arguments.z {
+        let is_reversed = z == Z::Reversed;
+        let kinds = [
+            settings.reprojection.as_mut().map(|r| &mut r.reversed_z),
+            settings.lens.as_mut().map(|lens| &mut lens.reversed_z),
+            settings
+                .own
+                .as_mut()
+                .and_then(|own| own.distance.as_mut())
+                .map(|ladder| &mut ladder.reversed_z),
+        ];
+        for kind in kinds.into_iter().flatten() {
+            *kind = is_reversed;
+        }
+    }
+    given.check(&settings)?;
+    Ok(settings)
 }
 
 /// k of a picture, within what the analysis takes.
@@ -189,106 +214,78 @@ fn refit(picture: &Picture) -> Result<f64, Failure> {
     Ok(k.clamp(1.0, 15.0))
 }
 
-/// What the picture is analysed with.
-struct Given {
-    previous: Option<Picture>,
-    motion: Option<Vec<[f32; 2]>>,
-    depth: Option<Vec<f32>>,
-    previous_depth: Option<Vec<f32>>,
-}
-
-impl Given {
-    fn read(arguments: &Arguments, size: [u32; 2]) -> Result<Given, Failure> {
-        let previous = arguments
-            .previous
-            .as_deref()
-            .map(Picture::read)
-            .transpose()?;
-        let before = previous.as_ref().map_or(size, Picture::size);
-        let depth_of = |path: &Option<PathBuf>, size| {
-            path.as_deref()
-                .map(|path| layers::depth(path, size))
-                .transpose()
-        };
-        let depth = depth_of(&arguments.depth, size)?;
-        let previous_depth = depth_of(&arguments.previous_depth, before)?;
-        let motion = match (&arguments.motion, &arguments.matrices, &depth) {
-            (Some(path), ..) => Some(layers::motion(path, size)?),
-            (None, Some(path), Some(depth)) => {
-                let [now, before] = layers::matrices(path)?;
-                Some(reproject::camera_motions(size, depth, &now, &before))
-            }
-            _ => None,
-        };
-        Ok(Given {
-            previous,
-            motion,
-            // the depth test needs both
-            depth: depth.filter(|_| previous_depth.is_some()),
-            previous_depth,
-        })
-    }
-}
-
-fn analyse(
+/// What is analysed, before and after transparents, in the form that is asked for.
+fn pixels_of(
     arguments: &Arguments,
     settings: &Settings,
-    size: [u32; 2],
     picture: &Picture,
     given: &Given,
-) -> Result<Found, Failure> {
-    let refused = |error: &dyn std::fmt::Display| Failure::Misused(error.to_string());
-    let mut pixels = picture.pixels();
+) -> Result<(Pixels, Option<Pixels>), Failure> {
+    let before = picture.pixels();
+    let after = given.after().map(Picture::pixels);
     if arguments.options.luma_source == LumaSource::Root {
-        let inputs = Inputs::of_colour(picture.size(), pixels.colour());
-        let own = Settings {
-            content: settings.content,
-            ..Settings::default()
-        };
-        let rows = integer::analyse(&inputs, &own).map_err(|error| refused(&error))?;
-        let width = picture.size()[0] as usize;
-        let pitch = rows.sqrt_luma.len() / picture.size()[1] as usize;
-        let codes = rows
-            .sqrt_luma
-            .chunks_exact(pitch)
-            .flat_map(|row| &row[..width]);
-        pixels = Pixels::Root(codes.copied().collect());
+        let root = |pixels: &Pixels| root_of(pixels, picture.size(), settings);
+        return Ok((root(&before)?, after.as_ref().map(root).transpose()?));
     }
-    let inputs = Inputs {
-        size,
-        motion: given.motion.as_deref(),
-        depth: given.depth.as_deref(),
-        previous_depth: given.previous_depth.as_deref(),
-        ..Inputs::of_colour(picture.size(), pixels.colour())
+    match &after {
+        Some(after) if !before.is_like(after) => Err(Failure::Misused(
+            "--after: it has another kind of pixels than what it follows (8 bits, or linear light)"
+                .to_owned(),
+        )),
+        _ => Ok((before, after)),
+    }
+}
+
+/// √luma of a picture, as the analysis writes it.
+fn root_of(pixels: &Pixels, size: [u32; 2], settings: &Settings) -> Result<Pixels, Failure> {
+    let own = Settings {
+        content: settings.content,
+        ..Settings::default()
     };
-    if arguments.cpu {
-        let output = integer::analyse(&inputs, settings).map_err(|error| refused(&error))?;
-        return Ok(Found {
-            sri: output.sri,
-            attachment: output.attachment,
-            reasons: output.reasons,
-        });
-    }
+    let rows = integer::analyse(&Inputs::of_colour(size, pixels.colour()), &own)
+        .map_err(|error| Failure::Misused(error.to_string()))?;
+    let pitch = rows.sqrt_luma.len() / size[1] as usize;
+    let lines = rows.sqrt_luma.chunks_exact(pitch);
+    let codes = lines.flat_map(|row| &row[..size[0] as usize]);
+    Ok(Pixels::Root(codes.copied().collect()))
+}
+
+fn analyse(arguments: &Arguments, settings: &Settings, inputs: &Inputs) -> Result<Found, Failure> {
+    let refused = |error: &dyn std::fmt::Display| Failure::Misused(error.to_string());
     inputs.check().map_err(|error| refused(&error))?;
+    let outputs = &arguments.outputs;
     let scene = Scene {
         colour: match inputs.colour {
             Colour::Codes(_) => ColourForm::Codes,
             Colour::Linear(_) => ColourForm::Linear,
             Colour::SqrtLuma(_) => ColourForm::SqrtLuma,
         },
+        after_transparents: inputs.after.is_some(),
         motion: inputs.motion.is_some(),
         depth: inputs.depth.is_some(),
-        attachment: true,
-        reasons: true,
-        ..Scene::default()
+        cameras: inputs.cameras.is_some(),
+        previous_rates: inputs.previous_rates.is_some(),
+        materials: inputs.materials.is_some(),
+        noise: inputs.noise.is_some(),
+        ids: inputs.ids.is_some(),
+        flags: inputs.flags.is_some(),
+        blur: inputs.blur.is_some(),
+        attachment: arguments.attachment.is_some(),
+        plain_rates: outputs.plain.is_some(),
+        reasons: outputs.reasons.is_some(),
+        sqrt_luma: outputs.luma.is_some(),
     };
     let plan = Plan::new(&scene, settings).map_err(|error| refused(&error))?;
+    if arguments.cpu {
+        let output = integer::analyse(inputs, settings).map_err(|error| refused(&error))?;
+        return Ok(Found::from(output));
+    }
     let gpu =
         Gpu::open(arguments.adapter.as_deref()).map_err(|error| match Failure::from(error) {
             Failure::Outside(why) => Failure::Outside(format!("{why}; --cpu needs none")),
             other => other,
         })?;
-    device::run(&gpu, &plan, &inputs)
+    device::run(&gpu, &plan, inputs)
 }
 
 /// Rates that hold for whole squares of pixels: the finest of each.
@@ -305,74 +302,6 @@ fn uniform_in(sri: &Sri, [width, height]: [u32; 2], side: u32) -> Sri {
     Sri::from_fn(width, height, |x, y| of_square(x, y).code())
 }
 
-/// Inputs that would be read and not be used.
-fn refuse_what_does_nothing(arguments: &Arguments) -> Result<(), Failure> {
-    let has_motion = arguments.motion.is_some() || arguments.matrices.is_some();
-    let cases = [
-        (
-            arguments.depth.is_some()
-                && arguments.matrices.is_none()
-                && arguments.previous_depth.is_none(),
-            "--depth alone tells nothing: --previous-depth finds what was hidden, --matrices gives the motion",
-        ),
-        (
-            arguments.previous_depth.is_some() && !(has_motion && arguments.previous.is_some()),
-            "--previous-depth needs --previous, and --motion or --matrices: it is looked up along motion",
-        ),
-    ];
-    match cases.into_iter().find(|&(is_idle, _)| is_idle) {
-        Some((_, why)) => Err(Failure::Misused(why.to_owned())),
-        None => Ok(()),
-    }
-}
-
-fn outputs(arguments: &Arguments) -> impl Iterator<Item = &Path> {
-    [
-        &arguments.output,
-        &arguments.attachment_output,
-        &arguments.overlay,
-        &arguments.reasons,
-    ]
-    .into_iter()
-    .filter_map(|path| path.as_deref())
-}
-
-fn refuse_to_overwrite(arguments: &Arguments) -> Result<(), Failure> {
-    let paths: Vec<&Path> = outputs(arguments).collect();
-    for (index, path) in paths.iter().enumerate() {
-        if files::is_stream(path) {
-            return Err(Failure::Misused(
-                "pictures are written to files; the results are what standard output is for"
-                    .to_owned(),
-            ));
-        }
-        let inputs = [
-            &arguments.previous,
-            &arguments.motion,
-            &arguments.depth,
-            &arguments.previous_depth,
-            &arguments.matrices,
-        ];
-        let mut inputs = inputs.into_iter().flatten().chain([&arguments.image]);
-        if inputs.any(|input| files::is_same(path, input)) {
-            return Err(Failure::Misused(format!(
-                "{}: this would overwrite what is analysed",
-                path.display()
-            )));
-        }
-        if paths[..index]
-            .iter()
-            .any(|other| files::is_same(path, other))
-        {
-            return Err(Failure::Misused(format!(
-                "{}: two outputs cannot go to one file",
-                path.display()
-            )));
-        }
-    }
-    Ok(())
-}
-
 fn attach_options(kind: Kind, arguments: &Arguments) -> AttachOptions {
     let (encoding, support) = match kind {
         Kind::D3d12 => (Encoding::D3d12, Support::d3d12(AdditionalRates::Yes)),
@@ -385,150 +314,4 @@ fn attach_options(kind: Kind, arguments: &Arguments) -> AttachOptions {
         support,
         samples: arguments.samples,
     }
-}
-
-/// Writes all files: first each beside its place, then, when all are there, into their places.
-fn write(
-    arguments: &Arguments,
-    picture: &Picture,
-    sri: &Sri,
-    reasons: &[u8],
-    attachment: Option<&Attachment>,
-) -> Result<(), Failure> {
-    let mut pending: Vec<(&Path, Pending)> = Vec::new();
-    if let Some(path) = &arguments.output {
-        let layout = sri.layout();
-        let png = picture::grey_png([layout.width, layout.height], |x, y| sri.code(x, y));
-        pending.push((path, files::prepare(path, &png)?));
-    }
-    if let (Some(path), Some(attachment)) = (&arguments.attachment_output, attachment) {
-        let layout = attachment.layout();
-        let png = picture::grey_png([layout.width, layout.height], |x, y| {
-            attachment.texel(x, y).unwrap_or_default()
-        });
-        pending.push((path, files::prepare(path, &png)?));
-    }
-    if let Some(path) = &arguments.reasons {
-        let layout = sri.layout();
-        let png = picture::grey_png([layout.width, layout.height], |x, y| {
-            reasons[(y * layout.pitch + x) as usize]
-        });
-        pending.push((path, files::prepare(path, &png)?));
-    }
-    if let Some(path) = &arguments.overlay {
-        let png = overlay::draw(picture, sri);
-        pending.push((path, files::prepare(path, &png)?));
-    }
-    for (path, file) in pending {
-        file.appear()
-            .map_err(|error| files::unwritable(path, &error))?;
-    }
-    Ok(())
-}
-
-/// The share of quads at each rate, from fine to coarse.
-fn shares(rates: impl Iterator<Item = Rate>) -> Vec<(Rate, f64)> {
-    let mut counts = [0u64; 7];
-    for rate in rates {
-        let place = Rate::ALL.iter().position(|&other| other == rate);
-        counts[place.unwrap_or(0)] += 1;
-    }
-    let total = counts.iter().sum::<u64>().max(1) as f64;
-    Rate::ALL
-        .into_iter()
-        .zip(counts.map(|count| count as f64 / total))
-        .collect()
-}
-
-fn shares_of(sri: &Sri) -> Vec<(Rate, f64)> {
-    let layout = sri.layout();
-    shares(
-        (0..layout.height)
-            .flat_map(|y| (0..layout.width).map(move |x| (x, y)))
-            .map(|(x, y)| Rate::from_code_or_full(sri.code(x, y))),
-    )
-}
-
-fn shares_of_tiles(attachment: &Attachment, tile: Tile) -> Vec<(Rate, f64)> {
-    let layout = attachment.layout();
-    shares(
-        (0..layout.height)
-            .flat_map(|y| (0..layout.width).map(move |x| (x, y)))
-            .map(
-                |(x, y)| match attachment.shading_at(x * tile.side(), y * tile.side()) {
-                    Shading::Coarse(rate) => rate,
-                    Shading::Cull | Shading::Supersampled(_) => Rate::R1X1,
-                },
-            ),
-    )
-}
-
-/// The share of invocations that are left, if every quad holds its rate.
-fn invocations(shares: &[(Rate, f64)]) -> f64 {
-    shares
-        .iter()
-        .map(|(rate, share)| share / f64::from(rate.pixels()))
-        .sum()
-}
-
-fn print(
-    arguments: &Arguments,
-    settings: &Settings,
-    [width, height]: [u32; 2],
-    sri: &Sri,
-    attachment: Option<&Attachment>,
-) -> Result<(), Failure> {
-    let quads = shares_of(sri);
-    let tiles = attachment.map(|attachment| shares_of_tiles(attachment, arguments.tile));
-    if arguments.json {
-        let object = |shares: &[(Rate, f64)]| -> serde_json::Value {
-            shares
-                .iter()
-                .map(|(rate, share)| (rate.to_string(), json!(share)))
-                .collect::<serde_json::Map<_, _>>()
-                .into()
-        };
-        let result = json!({
-            "image": files::display_name(&arguments.image),
-            "width": width,
-            "height": height,
-            "k": settings.content.k,
-            "threshold": settings.content.threshold,
-            "ambient": settings.content.ambient * 2f64.powi(settings.content.white_log2),
-            "rates": object(&quads),
-            "invocations": invocations(&quads),
-            "attachment": tiles.as_deref().map(|tiles| json!({
-                "tile": arguments.tile.side(),
-                "rates": object(tiles),
-                "invocations": invocations(tiles),
-            })),
-        });
-        return talk::data(&result.to_string());
-    }
-    talk::data(&format!("{:<12} {width}x{height}", "picture"))?;
-    if arguments.options.refit_k {
-        talk::data(&format!("{:<12} {:.3}, refitted", "k", settings.content.k))?;
-    }
-    table("quads", &quads)?;
-    if let Some(tiles) = &tiles {
-        table(&format!("tiles of {}", arguments.tile.side()), tiles)?;
-    }
-    for path in outputs(arguments) {
-        talk::data(&format!("{:<12} {}", "written", path.display()))?;
-    }
-    Ok(())
-}
-
-fn table(name: &str, shares: &[(Rate, f64)]) -> Result<(), Failure> {
-    for (rate, share) in shares.iter().filter(|(_, share)| *share > 0.0) {
-        talk::data(&format!(
-            "{name:<12} {rate} {:5.1} %  {}",
-            100.0 * share,
-            overlay::colour_name(*rate)
-        ))?;
-    }
-    talk::data(&format!(
-        "{name:<12} {:.1} % of the invocations are left",
-        100.0 * invocations(shares)
-    ))
 }

@@ -1,11 +1,13 @@
 //! The settings of the stage, from the command line.
 
+use std::path::PathBuf;
+
 use clap::ValueEnum;
 
 use crate::{
     Rate,
-    analyse::{Peer, Settings, settings},
-    cli::Failure,
+    analyse::{Peer, Settings, settings, written},
+    cli::{Failure, files},
 };
 
 /// How the stage decides.
@@ -14,6 +16,9 @@ pub(super) struct Options {
     /// Start from a published estimator: paper, gdc, nvidia-sample, fidelityfx, valar, sobel or wicked. The options below change it.
     #[arg(long, value_name = "NAME", default_value = "paper")]
     estimator: Peer,
+    /// Start from settings in a file instead: every parameter of every effect. See the example at the end of this help.
+    #[arg(long, value_name = "FILE.toml", conflicts_with_all = ["estimator", "white"])]
+    settings: Option<PathBuf>,
     /// How large a difference may be, as a share of the luma around it: t of the paper's Eq. 15, 0.15 there.
     #[arg(long, value_name = "T")]
     threshold: Option<f64>,
@@ -23,7 +28,8 @@ pub(super) struct Options {
     /// How much more a quarter rate loses than a half: k of the paper's Eq. 14, 2.13 there.
     #[arg(long, value_name = "K")]
     k: Option<f64>,
-    /// Refit k to what is analysed: to how its differences grow from one pixel to two.
+    /// Refit k to what is analysed: its spectrum is taken for 1/f^s, s is had from how its differences grow from one pixel to two,
+    /// and the paper's Eq. 13 is solved for k. s is 1 in nature, and k then 2.13; 1 to 15 is what is taken.
     #[arg(long, conflicts_with = "k")]
     pub(super) refit_k: bool,
     /// How differences become one error.
@@ -45,8 +51,13 @@ pub(super) struct Options {
     #[arg(long, value_name = "KIND")]
     smoothing: Option<Smoothing>,
     /// The coarsest rate, on each axis.
-    #[arg(long, default_value = "2x2", value_name = "WxH")]
-    largest: Rate,
+    ///
+    /// 2x2 unless the settings say otherwise.
+    #[arg(long, value_name = "WxH")]
+    largest: Option<Rate>,
+    /// The scale of the dynamic resolution, above 0 to 1: what foveation and overshoot hang on.
+    #[arg(long, default_value = "1", value_name = "SCALE", value_parser = parse_scale)]
+    pub(super) resolution_scale: f64,
     /// The side of the squares of pixels that keep one rate, the finest of theirs: 2, 4, 8, 16 or 32.
     #[arg(long, default_value = "2", value_name = "N", value_parser = parse_granularity)]
     pub(super) granularity: u32,
@@ -113,6 +124,13 @@ fn parse_granularity(text: &str) -> Result<u32, String> {
     }
 }
 
+fn parse_scale(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(scale) if scale > 0.0 && scale <= 1.0 => Ok(scale),
+        _ => Err("a scale is above 0 and at most 1".to_owned()),
+    }
+}
+
 fn within(name: &str, value: f64, least: f64, most: f64) -> Result<f64, Failure> {
     match (least..=most).contains(&value) {
         true => Ok(value),
@@ -123,6 +141,11 @@ fn within(name: &str, value: f64, least: f64, most: f64) -> Result<f64, Failure>
 }
 
 impl Options {
+    /// The file of settings.
+    pub(super) fn settings_path(&self) -> Option<&PathBuf> {
+        self.settings.as_ref()
+    }
+
     /// The settings, given whether there is motion.
     pub(super) fn settings(&self, has_motion: bool) -> Result<Settings, Failure> {
         if self.estimator == Peer::Wicked && !has_motion {
@@ -131,7 +154,10 @@ impl Options {
                     .to_owned(),
             ));
         }
-        let mut all = self.estimator.settings(has_motion);
+        let mut all = match &self.settings {
+            Some(path) => read(path)?,
+            None => self.estimator.settings(has_motion),
+        };
         let content = &mut all.content;
         let log2 = self.white.log2();
         if log2.fract() != 0.0 || !(-16.0..=16.0).contains(&log2) {
@@ -139,14 +165,20 @@ impl Options {
                 "white has to be a power of two from 1/65536 to 65536".to_owned(),
             ));
         }
-        content.white_log2 = log2 as i32;
+        let white = match &self.settings {
+            Some(_) => 2f64.powi(content.white_log2),
+            None => self.white,
+        };
+        if self.settings.is_none() {
+            content.white_log2 = log2 as i32;
+            content.ambient /= white;
+        }
         if let Some(threshold) = self.threshold {
             content.threshold = within("threshold", threshold, 0.0, 15.0)?;
         }
         if let Some(ambient) = self.ambient {
-            content.ambient = within("luma of the room", ambient, 0.0, self.white)?;
+            content.ambient = within("luma of the room", ambient, 0.0, white)? / white;
         }
-        content.ambient /= self.white;
         if let Some(k) = self.k {
             content.k = within("factor k", k, 1.0, 15.0)?;
         }
@@ -181,7 +213,18 @@ impl Options {
                 Smoothing::Conservative => settings::Smoothing::Conservative,
             };
         }
-        all.largest = self.largest;
+        if let Some(largest) = self.largest {
+            all.largest = largest;
+        }
         Ok(all)
     }
+}
+
+/// Settings from a file.
+pub(in crate::cli) fn read(path: &std::path::Path) -> Result<Settings, Failure> {
+    let text = files::read_text(path)?;
+    written::settings(&text).map_err(|(line, why)| {
+        let line = line.map(|line| format!(":{line}")).unwrap_or_default();
+        Failure::Outside(format!("{}{line}: {why}", files::display_name(path)))
+    })
 }

@@ -123,6 +123,11 @@ pub(super) enum Pixels {
 }
 
 impl Pixels {
+    /// Whether both are of one kind.
+    pub(super) fn is_like(&self, other: &Pixels) -> bool {
+        std::mem::discriminant(self) == std::mem::discriminant(other)
+    }
+
     /// As an input.
     pub(super) fn colour(&self) -> Colour<'_> {
         match self {
