@@ -48,6 +48,7 @@ pub fn of(code: Code) -> Option<Example> {
         24 => include_str!("codes/024.wgsl"),
         25 => include_str!("codes/025.wgsl"),
         26 => include_str!("codes/026.wgsl"),
+        27 => include_str!("codes/027.wgsl"),
         100 => include_str!("codes/100.wgsl"),
         101 => include_str!("codes/101.wgsl"),
         102 => include_str!("codes/102.wgsl"),

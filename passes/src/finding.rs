@@ -103,6 +103,9 @@ codes! {
     /// A target's policy is `full`, and its stores cannot be separated from the rest of the shader: one side reads what the
     /// other stores, needs the result of its atomics, or shares a private variable with it, or invocations work together.
     NotSeparable = 26, Refusal;
+    /// The workgroup size divides by zero, whatever values the overrides in it are given, so that no pipeline can be made of the
+    /// entry point as it stands.
+    NoWorkgroupSize = 27, Refusal;
     /// The rewriter made something that naga does not accept: a defect of this crate.
     Defect = 99, Refusal;
     /// A store runs only for some ids. It follows its primary: a duplicate gets a copy if its primary ran the store.

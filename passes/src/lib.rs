@@ -57,6 +57,7 @@ pub mod explain;
 pub mod finding;
 pub mod full;
 pub mod graded;
+mod group_size;
 pub mod inline;
 pub mod input;
 pub mod instrument;
@@ -186,6 +187,9 @@ fn rewrite_here(
     }
     let chosen = choose(module, entries)?;
     check_names(module, options)?;
+    for &index in &chosen {
+        group_size::check(module, index)?;
+    }
     if let Some((module, info)) = detail::follow_rate(module, info, &chosen, options)? {
         let options = Options {
             scale_gradients: false,
@@ -413,7 +417,7 @@ impl<'r> Rewriter<'r> {
             &plan.targets,
         ));
         if let (Some(group), Some(entry)) = (plan.group.take(), self.manifest.entries.last_mut()) {
-            let size = default_group_size(self.original, self.info, index);
+            let size = group_size::by_default(self.original, self.info, index);
             entry.set_group(group.report, size);
         }
         self.warnings
@@ -466,24 +470,6 @@ impl<'r> Rewriter<'r> {
             warnings: self.warnings,
             left_alone,
         })
-    }
-}
-
-/// The workgroup size of an entry point if no override is set; ones where overrides have no value of their own.
-fn default_group_size(module: &Module, info: &ModuleInfo, index: usize) -> [u32; 3] {
-    let entry = &module.entry_points[index];
-    if entry.workgroup_size_overrides.is_none() {
-        return entry.workgroup_size;
-    }
-    let resolved = naga::back::pipeline_constants::process_overrides(
-        module,
-        info,
-        Some((entry.stage, &entry.name)),
-        &naga::back::PipelineConstants::default(),
-    );
-    match resolved {
-        Ok((module, _)) => module.entry_points[0].workgroup_size,
-        Err(_) => [1; 3],
     }
 }
 

@@ -161,6 +161,9 @@ impl Gather<'_> {
                 Opacity::Subgroup => return blocked("a subgroup operation gave it"),
                 Opacity::RayQuery => return blocked("a ray query gave it"),
                 Opacity::Effect => return blocked("a function with effects of its own gave it"),
+                Opacity::Beyond => {
+                    return blocked("an index lies beyond the end of what it indexes");
+                }
                 Opacity::Unfollowed => {
                     return blocked("it comes about in a way that is not followed");
                 }

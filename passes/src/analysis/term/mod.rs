@@ -108,6 +108,8 @@ pub enum Opacity {
     RayQuery,
     /// A function with effects of its own gave it.
     Effect,
+    /// An index lies beyond the end of what it indexes.
+    Beyond,
     /// A form that the analysis does not follow.
     Unfollowed,
 }

@@ -3,17 +3,20 @@
 
 use naga::{BinaryOperator, Bytes, Literal, ScalarKind, UnaryOperator};
 
-use super::{Bits, Id, Operands, Step, Term, TermId, Terms, integer, longer};
+use super::{Bits, Id, Opacity, Operands, Step, Term, TermId, Terms, integer, longer};
 
 impl Terms<'_> {
     /// Part `index` of a value.
     pub fn extract(&mut self, base: TermId, index: u32) -> TermId {
         match *self.get(base) {
             Term::Compose { ty, ref parts } if self.is_flat(ty, parts.len()) => {
-                return parts[index as usize];
+                match parts.get(index as usize) {
+                    Some(&part) => return part,
+                    None => return self.opaque(Opacity::Beyond, vec![base]),
+                }
             }
             Term::Splat(_, value) => return value,
-            Term::Swizzle(_, vector, pattern) => {
+            Term::Swizzle(size, vector, pattern) if index < size as u32 => {
                 return self.extract(vector, u32::from(pattern[index as usize]));
             }
             Term::Insert(under, at, value) => {
@@ -85,6 +88,7 @@ impl Terms<'_> {
     pub fn insert(&mut self, base: TermId, index: u32, value: TermId) -> TermId {
         if let Term::Compose { ty, parts } = self.get(base)
             && self.is_flat(*ty, parts.len())
+            && (index as usize) < parts.len()
         {
             let ty = *ty;
             let mut parts = parts.to_vec();
@@ -245,6 +249,9 @@ impl Terms<'_> {
             }
             B::Multiply if is(self, left, 1) => return right,
             B::Multiply | B::Divide if is(self, right, 1) => return left,
+            // what WGSL says of a division by zero at run time; naga accepts none by a literal
+            B::Divide if is(self, right, 0) => return left,
+            B::Modulo if is(self, right, 0) => return right,
             _ => {}
         }
         let commutes = matches!(
