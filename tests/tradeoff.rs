@@ -4,7 +4,8 @@ mod common;
 
 use std::{
     path::{Path, PathBuf},
-    process::{Command, Output},
+    process::{Command, Output, Stdio},
+    time::Duration,
 };
 
 use serde_json::Value;
@@ -80,21 +81,37 @@ impl Tiny {
         self.folder.path().join("out")
     }
 
+    fn command(&self) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_vrcs"));
+        command
+            .args(["tradeoff", "landscape", "--quick", "--size", "66x38"])
+            .args(["--frames", "2", "--out"])
+            .arg(self.out());
+        command
+    }
+
     fn run(&self) -> Output {
-        let out = self.out().display().to_string();
-        let output = vrcs(&[
-            "tradeoff",
-            "landscape",
-            "--quick",
-            "--size",
-            "98x54",
-            "--frames",
-            "2",
-            "--out",
-            &out,
-        ]);
+        let output = self.command().output().expect("the program");
         assert!(output.status.success(), "{}", text(&output.stderr));
         output
+    }
+
+    /// Runs until the first batch is timed, and ends the program there.
+    fn run_a_part(&self) {
+        let mut child = self
+            .command()
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("the program");
+        let report = self.out().join("report.html");
+        while !report.exists() {
+            let ended = child.try_wait().expect("the program");
+            assert!(ended.is_none(), "it ended before it was interrupted");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        child.kill().expect("an interruption");
+        child.wait().expect("its end");
     }
 }
 
@@ -103,8 +120,18 @@ fn a_quick_study_is_whole_and_goes_on_where_it_was_interrupted() {
     let tiny = Tiny {
         folder: tempfile::tempdir().expect("a folder"),
     };
+    tiny.run_a_part();
+    let part = data_of(&read(&tiny.out(), "report.html"));
+    let there = points(&part["scenes"][0]).clone();
+    assert!(there.len() >= 3, "what was finished is in the report");
+    let unfinished = part["unfinished"].as_str().expect("it is said");
+    assert!(unfinished.contains("not finished"), "{unfinished}");
+
     let output = tiny.run();
     let table = text(&output.stdout);
+    let steps = text(&output.stderr);
+    assert!(steps.contains(" landscape: truth"), "{steps}");
+    assert!(steps.lines().all(|line| line.contains('/')), "{steps}");
     for word in ["Exact", "Balanced", "Fast", "equal", "report.html"] {
         assert!(table.contains(word), "{word}: {table}");
     }
@@ -113,18 +140,32 @@ fn a_quick_study_is_whole_and_goes_on_where_it_was_interrupted() {
     let outside = page.replace("http://www.w3.org/2000/svg", "");
     assert!(!outside.contains("http"), "the page needs no network");
     let data = data_of(&page);
+    assert!(data["unfinished"].is_null());
     let scene = &data["scenes"][0];
     points(scene).iter().for_each(check_point);
+    for (before, after) in there.iter().zip(points(scene)) {
+        assert_eq!(before["time"], after["time"], "not measured again");
+    }
     let exact = preset(scene, "Exact");
     assert_eq!(exact["identical"], true, "Exact gives up nothing");
     assert!(exact["error"]["psnr"].is_null() && number(&exact["error"]["flip_mean"]) == 0.0);
     let fast = preset(scene, "Fast");
     assert_eq!(fast["identical"], false, "Fast gives up something");
     assert!(number(&fast["primary_share"]) < number(&preset(scene, "Balanced")["primary_share"]));
-    for picture in ["variable", "flip", "rates", "reasons"] {
-        let uri = fast["pictures"][picture].as_str().expect(picture);
-        assert!(uri.starts_with("data:image/png;base64,"), "{picture}");
+    let front = &scene["fronts"]["time flip_mean"];
+    let front = front.as_array().expect("a front").iter();
+    let on_front = front.map(|index| &points(scene)[number(index) as usize]);
+    for point in on_front.chain([fast]) {
+        let kinds: &[&str] = match point["identical"] == true {
+            true => &["rates"],
+            false => &["variable", "flip", "rates", "reasons"],
+        };
+        for kind in kinds {
+            let uri = point["pictures"][*kind].as_str().expect(kind);
+            assert!(uri.starts_with("data:image/png;base64,"), "{kind}");
+        }
     }
+    assert!(exact["pictures"]["skipped"].is_string(), "the sky");
     assert!(points(scene).iter().any(|point| point["peer"] == true));
     let effects: Vec<&str> = scene["effects"]
         .as_array()
@@ -144,6 +185,10 @@ fn a_quick_study_is_whole_and_goes_on_where_it_was_interrupted() {
         ]
     );
     check_truth(&scene["truth"]["curve"]);
+    let peers = scene["truth"]["peers"].as_array().expect("peers");
+    assert_eq!(peers.len(), 6, "all that look at the picture");
+    let verdict = data["summary"]["verdict"].as_array().expect("a verdict");
+    assert_eq!(verdict.len(), 2, "on t and on l");
 
     let csv = read(&tiny.out(), "points.csv");
     let columns = csv.lines().next().expect("names").split(',').count();
@@ -155,29 +200,31 @@ fn a_quick_study_is_whole_and_goes_on_where_it_was_interrupted() {
     let plot = read(&tiny.out(), "plot.svg");
     assert!(plot.starts_with("<svg") && plot.ends_with("</svg>\n"));
     assert!(
-        plot.matches("<circle").count() == points(scene).len(),
+        plot.matches("<title>").count() == points(scene).len(),
         "{plot}"
     );
     let json: Value = serde_json::from_str(&read(&tiny.out(), "study.json")).expect("JSON");
     assert_eq!(points(&json["scenes"][0]).len(), points(scene).len());
 
-    // an interruption in the middle of the last line
+    // an interruption in the middle of the last times
     let journal = read(&tiny.out(), "points.jsonl");
-    let kept = journal.trim_end().len() - 40;
+    let kept = journal.rfind("\"found\":{\"times\"").expect("times") + 60;
     std::fs::write(tiny.out().join("points.jsonl"), &journal[..kept]).expect("cut");
     tiny.run();
     let again = data_of(&read(&tiny.out(), "report.html"));
     let (before, after) = (points(scene), points(&again["scenes"][0]));
     assert_eq!(before.len(), after.len());
-    let same = before.iter().zip(after).filter(|(a, b)| a == b).count();
+    let same = before
+        .iter()
+        .zip(after)
+        .filter(|(a, b)| a["time"] == b["time"]);
+    assert_eq!(same.count(), 16, "all but the cut batch are taken up");
+    let seen = |of: &Value| of["error"].clone();
+    assert!(before.iter().zip(after).all(|(a, b)| seen(a) == seen(b)));
+    let lines = read(&tiny.out(), "points.jsonl");
     assert_eq!(
-        same,
-        before.len() - 1,
-        "all but the cut one are taken up, times and all"
-    );
-    assert_eq!(
-        read(&tiny.out(), "points.jsonl").lines().count(),
-        before.len() + 1,
+        lines.lines().count(),
+        journal.lines().count() + 1,
         "the cut line stays, and what followed it is whole"
     );
 }
@@ -229,7 +276,8 @@ fn exact_is_bit_identical_where_it_skips_something() {
         let bench = Bench::new(&gpu, scene, [90, 58], common::seed()).expect("a bench");
         let look = bench.look(&exact.setting, 3).expect("a look");
         assert!(look.identical, "{scene}");
-        let statistics = look.left.statistics;
+        let last = bench.show(&exact.setting, 3).expect("a frame");
+        let statistics = last.left.statistics;
         assert!(statistics.sky_pixels > 0, "{scene}: {statistics:?}");
         assert_eq!(statistics.duplicates(), 0, "{scene}");
         // and the comparison can fail
@@ -257,6 +305,11 @@ fn bad_input_gets_one_clear_line() {
     let nothing = write("nothing.toml", "[base]\nthreshold = 0.1\n");
     let unknown = write("unknown.toml", "[vary]\nthreshhold = [0.1]\n");
     let broken = write("broken.toml", "[vary]\nthreshold = [0.1\n");
+    let base = write(
+        "base.toml",
+        "[base]\nnorm = \"l9\"\n[vary]\nthreshold = [0.1]\n",
+    );
+    let unsuited = write("unsuited.toml", "[vary]\nestimator = [\"wicked\"]\n");
     let missing = folder.path().join("missing.toml").display().to_string();
     let out = folder.path().join("out").display().to_string();
     for (arguments, status, word) in [
@@ -266,7 +319,14 @@ fn bad_input_gets_one_clear_line() {
         (vec!["--sweep", &unknown], 2, "threshhold"),
         (vec!["--sweep", &broken], 2, "line "),
         (vec!["--sweep", &missing], 3, "no such file"),
+        (vec!["--sweep", &base], 2, "`norm`"),
+        (
+            vec!["text", "--sweep", &unsuited],
+            2,
+            "text declares no motion",
+        ),
         (vec!["text", "--quick", "--size", "999999x4"], 2, "at most"),
+        (vec!["text", "--quick", "--size", "16384x16384"], 3, "GiB"),
         (vec!["--adapter", "no such"], 2, "no adapter"),
     ] {
         let all: Vec<&str> = ["tradeoff", "--out", &out]

@@ -140,7 +140,6 @@ fn scene(arguments: &Arguments, name: &str) -> Result<(), Failure> {
         size: tradeoff::size(&gpu, arguments.size)?,
         frames: 4,
         rounds: tradeoff::rounds(&gpu, true),
-        warm: tradeoff::warm(&gpu),
         trials: vec![trial],
         effects: false,
         truth: false,

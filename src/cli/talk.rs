@@ -52,6 +52,11 @@ impl Progress {
         }))
     }
 
+    /// Whether anybody sees it.
+    pub(crate) fn is_seen(&self) -> bool {
+        self.0.is_some()
+    }
+
     /// A step is done.
     pub(crate) fn step(&self, name: &str) {
         if let Some(bar) = &self.0 {

@@ -2,7 +2,7 @@
 //!
 //! Does: tries settings on the scenes, measures error and time of each, writes a page, tables and a plot.
 //! Needs: a device with timestamps; a software driver will do.
-//! Guarantees: an interrupted study goes on where it was, from the journal in its folder.
+//! Guarantees: an interrupted study leaves a report of what it had, and goes on where it was, from the journal in its folder.
 //! Refuses: unknown scenes and settings, a sweep of nothing, pictures that the device cannot hold.
 
 use std::path::{Path, PathBuf};
@@ -14,8 +14,9 @@ use crate::{
     tradeoff::{
         Trouble, report,
         run::{Request, run as study},
-        study::{Point, SceneStudy, Study},
+        study::{Effect, Point, SceneStudy, Span, Study},
         sweep::{self, Trial},
+        turns::Rounds,
     },
 };
 
@@ -83,7 +84,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         size: size(&gpu, arguments.size)?,
         frames: arguments.frames,
         rounds: rounds(&gpu, arguments.quick),
-        warm: warm(&gpu),
         trials,
         effects: true,
         truth: true,
@@ -95,12 +95,24 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     print(&found, &request.out)
 }
 
-/// Runs a study under a bar.
+/// Runs a study under a bar; where nobody sees one, each step is a line.
 pub(super) fn study_with_bar(gpu: &Gpu, request: &Request) -> Result<Study, Failure> {
-    let bar = talk::Progress::new(request.steps());
-    let found = study(gpu, request, &mut |name| bar.step(name));
+    let steps = request.steps();
+    let bar = talk::Progress::new(steps);
+    let mut done = 0;
+    let found = study(gpu, request, &mut |name| {
+        done += 1;
+        match bar.is_seen() {
+            true => bar.step(name),
+            false => talk::say(&format!("{done}/{steps} {name}")),
+        }
+    });
     bar.done();
-    Ok(found?)
+    let found = found?;
+    for line in found.scenes.iter().flat_map(|scene| &scene.left_out) {
+        talk::say(line);
+    }
+    Ok(found)
 }
 
 fn scenes(names: &[String]) -> Result<Vec<SceneName>, Failure> {
@@ -148,22 +160,15 @@ pub(super) fn size(gpu: &Gpu, asked: Option<[u32; 2]>) -> Result<[u32; 2], Failu
     }
 }
 
-/// Timed frames of each point.
-pub(super) fn rounds(gpu: &Gpu, is_quick: bool) -> u32 {
-    match (gpu.is_software(), is_quick) {
-        (true, true) => 3,
-        (true, false) => 5,
-        (false, true) => 20,
-        (false, false) => 60,
-    }
-}
-
-/// Untimed frames before them.
-pub(super) fn warm(gpu: &Gpu) -> u32 {
-    match gpu.is_software() {
-        true => 1,
-        false => 10,
-    }
+/// Timed rounds. A software driver's take long.
+pub(super) fn rounds(gpu: &Gpu, is_quick: bool) -> Rounds {
+    let (warm, counted) = match (gpu.is_software(), is_quick) {
+        (true, true) => (1, 8),
+        (true, false) => (1, 12),
+        (false, true) => (10, 32),
+        (false, false) => (10, 64),
+    };
+    Rounds { warm, counted }
 }
 
 /// The command as it was given, without the program's folder.
@@ -181,6 +186,12 @@ pub(super) fn print(study: &Study, out: &Path) -> Result<(), Failure> {
     for scene in &study.scenes {
         print_scene(scene)?;
     }
+    if let Some(summary) = &study.summary {
+        talk::data("")?;
+        for sentence in &summary.verdict {
+            talk::data(sentence)?;
+        }
+    }
     for name in ["report.html", "points.csv", "study.json", "plot.svg"] {
         talk::data(&format!("{:<10} {}", "written", out.join(name).display()))?;
     }
@@ -190,21 +201,24 @@ pub(super) fn print(study: &Study, out: &Path) -> Result<(), Failure> {
 fn print_scene(scene: &SceneStudy) -> Result<(), Failure> {
     talk::data("")?;
     talk::data(&format!(
-        "{:<34} {:>9} {:>6} {:>7} {:>7} {:>7} {:>7} {:>7} {:>6}",
-        scene.name, "ms", "time", "shaded", "retired", "FLIP", "p99", "SSIM", "PSNR"
+        "{:<34} {:>9} {:>9} {:>21} {:>7} {:>7} {:>7} {:>7} {:>7} {:>6}",
+        scene.name, "ms", "full rate", "time", "shaded", "retired", "FLIP", "p99", "SSIM", "PSNR"
     ))?;
-    if let Some(point) = scene.points.first() {
-        talk::data(&format!("{:<34} {:>9.3}", "full rate", point.time.full_ms))?;
-    }
-    let front = report::scene_front(scene);
+    let front = report::front_of(scene);
     let shown = |index: &usize| scene.points[*index].preset.is_some() || front.contains(index);
     let mut order: Vec<usize> = (0..scene.points.len()).filter(shown).collect();
     order.sort_by(|&a, &b| {
-        let share = |i: usize| scene.points[i].time.share();
+        let share = |i: usize| scene.points[i].time.share.median;
         share(b).total_cmp(&share(a))
     });
     for index in order {
         print_point(&scene.points[index], front.contains(&index))?;
+    }
+    if let Some(point) = scene.points.iter().find(|point| !point.time.is_steady) {
+        talk::data(&format!(
+            "the machine was not steady: the control was up to {:.0} % off its median, so that all rounds count",
+            100.0 * point.time.drift
+        ))?;
     }
     for point in scene.points.iter().filter(|p| p.preset.is_some()) {
         let name = &point.name;
@@ -216,8 +230,11 @@ fn print_scene(scene: &SceneStudy) -> Result<(), Failure> {
             None => format!("{name} saves no shading here"),
         })?;
     }
+    for effect in &scene.effects {
+        print_effect(effect)?;
+    }
     if let Some(truth) = &scene.truth
-        && let Some(paper) = truth.curve.iter().find(|at| at.t == 0.15)
+        && let Some(paper) = truth.curve.iter().find(|at| (at.t - 0.15).abs() < 1e-9)
     {
         talk::data(&format!(
             "the paper's analysis at t 0.15: {:.1} % of quads too coarse, {:.1} % too fine",
@@ -228,21 +245,42 @@ fn print_scene(scene: &SceneStudy) -> Result<(), Failure> {
     Ok(())
 }
 
+fn print_effect(effect: &Effect) -> Result<(), Failure> {
+    let shown = |span: &Span| match span.is_within_noise() {
+        true => "within noise".to_owned(),
+        false => format!("{:+.3} ms", span.median),
+    };
+    talk::data(&format!(
+        "{} adds {} of machinery, {} to the frame, {:+.1} % of pixels shaded",
+        effect.name,
+        shown(&effect.machinery_ms),
+        shown(&effect.frame_ms),
+        100.0 * effect.primaries
+    ))
+}
+
 fn print_point(point: &Point, on_front: bool) -> Result<(), Failure> {
     let mark = if on_front { "*" } else { " " };
     let name: String = point.name.chars().take(32).collect();
-    let psnr = match point.error.psnr {
+    let (seen, time) = (&point.seen, &point.time);
+    let psnr = match seen.error.psnr {
         Some(psnr) => format!("{psnr:.1}"),
         None => "equal".to_owned(),
     };
+    let span = format!(
+        "{:.1} % [{:.1}, {:.1}]",
+        100.0 * time.share.median,
+        100.0 * time.share.low,
+        100.0 * time.share.high
+    );
     talk::data(&format!(
-        "{mark} {name:<32} {:>9.3} {:>4.0} % {:>5.1} % {:>5.1} % {:>7.4} {:>7.4} {:>7.4} {psnr:>6}",
-        point.time.variable_ms,
-        100.0 * point.time.share(),
-        100.0 * point.primary_share,
-        100.0 * point.retired_share,
-        point.error.flip_mean,
-        point.error.flip_p99,
-        point.error.ssim,
+        "{mark} {name:<32} {:>9.3} {:>9.3} {span:>21} {:>5.1} % {:>5.1} % {:>7.4} {:>7.4} {:>7.4} {psnr:>6}",
+        time.variable_ms,
+        time.full_ms,
+        100.0 * seen.primary_share,
+        100.0 * seen.retired_share,
+        seen.error.flip_mean,
+        seen.error.flip_p99,
+        seen.error.ssim,
     ))
 }

@@ -1,26 +1,24 @@
 //! A scene on a device, ready to try settings on: error and time of each.
 //!
 //! *Does*: runs an animation at a setting, with the feedback that a renderer would have; compares its last frames with the same
-//! frames at full rate; then, apart from that, times every pass beside its full-rate original. *Guarantees*: each timed
-//! frame runs both, in alternating order, over moving pictures, after a warm-up, beside a pass that never changes; a picture
-//! is poisoned before a setting draws it, so that what was not drawn shows.
+//! frames at full rate; then, apart from that, times settings and full rate in [turns]. *Guarantees*: a picture is poisoned before a
+//! setting draws it, so that what was not drawn shows.
+//!
+//! [turns]: super::turns
 
-use std::{
-    cell::RefCell,
-    collections::{BTreeMap, BTreeSet},
-    rc::Rc,
-};
+use std::{cell::RefCell, collections::BTreeMap, rc::Rc};
 
 use rayon::prelude::*;
 use vrcs_passes::Options as Rewrite;
 
 use super::{
     Trouble,
-    clock::{Clock, FrameTimes, Recorder, quantile},
+    clock::{Clock, FrameTimes, Recorder},
     realise::{Realised, realise},
     rig::{Left, Rig},
     setting::Setting,
-    study::{Errors, PassTime, Times},
+    study::{Errors, Seen},
+    turns::{Round, Rounds, Taken, take},
 };
 use crate::{
     Rate,
@@ -42,8 +40,6 @@ const WARM: u32 = 3;
 const COMPARED: u32 = 4;
 /// The name of the pass that never changes.
 pub const CONTROL: &str = "control";
-/// What full-rate passes are called before their own name.
-const FULL: &str = "full rate ";
 
 /// A scene on a device.
 pub struct Bench<'g> {
@@ -58,27 +54,26 @@ pub struct Bench<'g> {
     full: RefCell<BTreeMap<u32, Rc<Vec<u8>>>>,
 }
 
-/// What a setting looks like.
+/// The last frame of an animation at a setting.
 #[derive(Clone, Debug)]
-pub struct Look {
-    /// Against full rate.
-    pub error: Errors,
-    /// Whether the compared pictures have the full-rate pictures' bytes.
-    pub identical: bool,
-    /// The share of pixels that are shaded, sky that is skipped not among them; mean over the frames.
-    pub primary_share: f64,
-    /// The share of waves that find nothing to do, of a tiled dispatch; mean over the frames.
-    pub retired_share: f64,
-    /// Shaded pixels for each pixel by rates alone; mean over the frames.
-    pub average_rate: f64,
-    /// What the last frame left.
+pub struct Last {
+    /// What it left.
     pub left: Left,
-    /// The last frame's picture.
+    /// Its picture, RGBA.
     pub picture: Vec<u8>,
-    /// The last frame at full rate.
+    /// The same at full rate.
     pub full: Rc<Vec<u8>>,
-    /// The ꟻLIP map of the last frame.
+    /// The ꟻLIP map, RGB.
     pub map: Vec<u8>,
+    /// For each pixel, whether passes that have nothing to do in the sky skip it; nothing if none does.
+    pub skipped: Option<Vec<bool>>,
+}
+
+/// A frame that was drawn.
+struct Drawn {
+    number: u32,
+    picture: Vec<u8>,
+    left: Left,
 }
 
 impl<'g> Bench<'g> {
@@ -201,8 +196,7 @@ impl<'g> Bench<'g> {
 
     fn record_full(&self, recorder: &mut Recorder) {
         for &name in self.scene.passes() {
-            let label = format!("{FULL}{}", name.entry());
-            recorder.pass(&label, |pass| self.stage.record_full_rate(pass, name));
+            recorder.pass(name.entry(), |pass| self.stage.record_full_rate(pass, name));
         }
     }
 
@@ -225,146 +219,198 @@ impl<'g> Bench<'g> {
             .read_rgba8(recorder.encoder, self.stage.picture())?)
     }
 
+    /// Draws the animation at a setting, and tells of each frame after the warm-up.
+    fn play(&self, rig: &mut Rig, frames: u32, tell: &mut dyn FnMut(Drawn)) -> Result<(), Trouble> {
+        for number in FIRST..FIRST + WARM + frames {
+            let picture = self.draw(rig, number)?;
+            // the frame before the first that is told of is where flips are counted from
+            if number + 1 >= FIRST + WARM {
+                tell(Drawn {
+                    number,
+                    picture,
+                    left: rig.left()?,
+                });
+            }
+        }
+        Ok(())
+    }
+
     /// What a setting looks like over so many frames.
     ///
     /// # Errors
     /// If the setting cannot be had, or the device was lost.
-    pub fn look(&self, setting: &Setting, frames: u32) -> Result<Look, Trouble> {
+    pub fn look(&self, setting: &Setting, frames: u32) -> Result<Seen, Trouble> {
         let realised = realise(self.scene, setting, true).map_err(Trouble::Setting)?;
         let largest = realised.build.map_or(Rate::R1X1, |build| build.largest);
         let mut rig = self.rig(realised)?;
-        for number in FIRST..FIRST + WARM {
-            self.draw(&mut rig, number)?;
-        }
-        let mut before = rig.left()?.sri;
-        let (mut flips, mut primaries, mut retired, mut rates) = (0.0, 0.0, 0.0, 0.0);
+        let mut before: Option<Sri> = None;
+        let mut seen = Seen::default();
         let mut compared = Vec::new();
+        let share = 1.0 / f64::from(frames);
         let last = Bench::last(frames);
-        for number in FIRST + WARM..=last {
-            let picture = self.draw(&mut rig, number)?;
-            let left = rig.left()?;
-            flips += metrics::flips(&before, &left.sri);
-            primaries += left.statistics.primary_share();
-            retired += left.statistics.retired_share();
-            rates += average_rate(&left.sri, largest);
-            before = left.sri.clone();
-            if number + COMPARED > last {
-                compared.push((number, picture, left));
+        self.play(&mut rig, frames, &mut |drawn| {
+            let Drawn {
+                number,
+                picture,
+                left,
+            } = drawn;
+            if let Some(before) = &before {
+                seen.error.flips += share * metrics::flips(before, &left.sri);
+                seen.primary_share += share * left.statistics.primary_share();
+                seen.retired_share += share * left.statistics.retired_share();
+                seen.average_rate += share * average_rate(&left.sri, largest);
+                if number + COMPARED > last {
+                    compared.push((number, picture));
+                }
             }
-        }
+            before = Some(left.sri);
+        })?;
         // full-rate frames are drawn after: the rig's own history is not theirs
         let mut pairs = Vec::new();
-        for (number, picture, _) in &compared {
-            pairs.push((self.full(*number)?.as_ref().clone(), picture.clone()));
+        for (number, picture) in compared {
+            pairs.push((self.full(number)?, picture));
         }
-        let (error, identical, map) = compare(self.size, &pairs, flips / f64::from(frames));
-        let Some((_, picture, left)) = compared.pop() else {
-            return Err(Trouble::Own("no frame was compared".to_owned()));
+        seen.identical = pairs
+            .iter()
+            .all(|(full, variable)| full.as_ref() == variable);
+        seen.error = Errors {
+            flips: seen.error.flips,
+            ..compare(self.size, &pairs)
         };
-        let mean = |sum: f64| sum / f64::from(frames);
-        Ok(Look {
-            error,
-            identical,
-            primary_share: mean(primaries),
-            retired_share: mean(retired),
-            average_rate: mean(rates),
+        Ok(seen)
+    }
+
+    /// The last frame of an animation at a setting.
+    ///
+    /// # Errors
+    /// If the setting cannot be had, or the device was lost.
+    pub fn show(&self, setting: &Setting, frames: u32) -> Result<Last, Trouble> {
+        let realised = realise(self.scene, setting, true).map_err(Trouble::Setting)?;
+        let skips_sky = realised
+            .build
+            .is_some_and(|build| build.coverage.sky.is_some());
+        let mut rig = self.rig(realised)?;
+        let mut last = None;
+        self.play(&mut rig, frames, &mut |drawn| last = Some(drawn))?;
+        let skipped = match skips_sky {
+            true => Some(self.sky()?),
+            false => None,
+        };
+        let Some(Drawn {
+            number,
+            picture,
+            left,
+        }) = last
+        else {
+            return Err(Trouble::Own("no frame was drawn".to_owned()));
+        };
+        let full = self.full(number)?;
+        let map = metrics::flip(
+            Shown::new(self.size, &full),
+            Shown::new(self.size, &picture),
+        )
+        .map;
+        Ok(Last {
             left,
             picture,
-            full: self.full(last)?,
+            full,
             map,
+            skipped,
         })
     }
 
-    /// What a setting takes, over so many frames after `warm` others.
+    /// For each pixel of the G-buffer, whether it shows the sky.
+    fn sky(&self) -> Result<Vec<bool>, Trouble> {
+        let Some(depth) = self.stage.texture("depth") else {
+            return Err(Trouble::Own("sky is told by depth".to_owned()));
+        };
+        // depth is 32 bits a pixel, as RGBA is, and 0 is infinitely far
+        let bytes = self.gpu.read_rgba8(self.gpu.encoder(), depth)?;
+        Ok(bytes.chunks_exact(4).map(|d| d == [0; 4]).collect())
+    }
+
+    /// What settings take, timed in turns.
     ///
     /// # Errors
-    /// If the setting cannot be had, or the device has no clock or was lost.
-    pub fn time(&self, setting: &Setting, warm: u32, rounds: u32) -> Result<Times, Trouble> {
-        let realised = realise(self.scene, setting, false).map_err(Trouble::Setting)?;
-        let mut rig = self.rig(realised)?;
-        let mut clock = Clock::new(self.gpu)?;
-        for round in 0..warm + rounds {
-            let number = FIRST + round;
-            self.set_frame(number);
-            let mut done = Ok(());
-            clock.frame(self.gpu, |recorder| {
-                recorder.pass(CONTROL, |pass| self.stage.record_geometry(pass));
-                if round % 2 == 0 {
-                    self.record_full(recorder);
-                }
-                done = rig.record(recorder, number);
-                if round % 2 == 1 {
-                    self.record_full(recorder);
-                }
-            })?;
-            done?;
+    /// If a setting cannot be had, or the device has no clock or was lost.
+    pub fn time(&self, settings: &[&Setting], rounds: Rounds) -> Result<Taken, Trouble> {
+        let mut rigs = Vec::new();
+        for setting in settings {
+            let realised = realise(self.scene, setting, false).map_err(Trouble::Setting)?;
+            rigs.push(self.rig(realised)?);
         }
-        let all = clock.finish(self.gpu)?;
-        let timed = all.get(warm as usize..).unwrap_or_default();
-        Ok(summarise(self.scene, timed))
+        let mut turns = Turns {
+            bench: self,
+            clock: Clock::new(self.gpu)?,
+            rigs,
+            chance: fastrand::Rng::with_seed(self.seed),
+            number: FIRST,
+        };
+        turns.run(rounds.warm)?;
+        take(rounds, |more| turns.run(more))
     }
 }
 
-/// Medians and 95th percentiles of timed frames. What does not run in every frame counts for the share of frames in which it
-/// runs.
-fn summarise(scene: SceneName, frames: &[FrameTimes]) -> Times {
-    let of = |name: &str| -> Vec<f64> {
-        let known = frames.iter().filter_map(|times| times.get(name));
-        known.copied().collect()
-    };
-    let amortised = |name: &str| {
-        let samples = of(name);
-        quantile(&samples, 0.5) * samples.len() as f64 / frames.len().max(1) as f64
-    };
-    let sum = |is_in: &dyn Fn(&str) -> bool| -> Vec<f64> {
-        frames
+/// Settings that take turns.
+struct Turns<'b, 'g> {
+    bench: &'b Bench<'g>,
+    clock: Clock,
+    rigs: Vec<Rig<'b>>,
+    chance: fastrand::Rng,
+    /// The next frame.
+    number: u32,
+}
+
+impl Turns<'_, '_> {
+    /// So many more rounds.
+    fn run(&mut self, rounds: u32) -> Result<Vec<Round>, Trouble> {
+        let mut orders = Vec::new();
+        for _ in 0..rounds {
+            let mut order: Vec<Option<usize>> = (0..self.rigs.len()).map(Some).collect();
+            order.push(None);
+            self.chance.shuffle(&mut order);
+            self.round(&order)?;
+            orders.push(order);
+        }
+        let mut found = self.clock.finish(self.bench.gpu)?.into_iter();
+        let mut next = || found.next().unwrap_or_default();
+        Ok(orders
             .iter()
-            .map(|times| {
-                let parts = times.iter().filter(|(name, _)| is_in(name));
-                parts.map(|(_, ms)| ms).sum()
+            .map(|order| {
+                let mut round = Round {
+                    control: next().values().sum(),
+                    full: FrameTimes::new(),
+                    settings: vec![FrameTimes::new(); self.rigs.len()],
+                };
+                for turn in order {
+                    match turn {
+                        None => round.full = next(),
+                        Some(index) => round.settings[*index] = next(),
+                    }
+                }
+                round
             })
-            .collect()
-    };
-    let is_own = |name: &str| !name.starts_with(FULL) && name != CONTROL;
-    let full = sum(&|name| name.starts_with(FULL));
-    let variable = sum(&is_own);
-    let names: BTreeSet<&str> = frames
-        .iter()
-        .flat_map(|times| times.keys().map(String::as_str))
-        .collect();
-    let order = |name: &str| {
-        let known = ["camera motion", "analyse", "granularity", "build"];
-        let shading = scene.passes().iter().map(|pass| pass.entry());
-        known.into_iter().chain(shading).position(|k| k == name)
-    };
-    let mut own: Vec<&str> = names.iter().copied().filter(|name| is_own(name)).collect();
-    own.sort_by_key(|name| order(name).unwrap_or(usize::MAX));
-    let runs_always = own.iter().all(|name| of(name).len() == frames.len());
-    let passes: Vec<PassTime> = own
-        .into_iter()
-        .map(|name| {
-            let original = format!("{FULL}{name}");
-            PassTime {
-                name: name.to_owned(),
-                full_ms: names
-                    .contains(original.as_str())
-                    .then(|| amortised(&original)),
-                variable_ms: amortised(name),
-            }
-        })
-        .collect();
-    Times {
-        full_ms: quantile(&full, 0.5),
-        full_p95_ms: quantile(&full, 0.95),
-        // frames of two kinds have no median that stands for both
-        variable_ms: match runs_always {
-            true => quantile(&variable, 0.5),
-            false => passes.iter().map(|pass| pass.variable_ms).sum(),
-        },
-        variable_p95_ms: quantile(&variable, 0.95),
-        control_ms: amortised(CONTROL),
-        control_p95_ms: quantile(&of(CONTROL), 0.95),
-        passes,
+            .collect())
+    }
+
+    /// One frame: the control, then full rate (no index) and every setting in this order.
+    fn round(&mut self, order: &[Option<usize>]) -> Result<(), Trouble> {
+        let (bench, number) = (self.bench, self.number);
+        self.number += 1;
+        bench.set_frame(number);
+        self.clock.frame(bench.gpu, |recorder| {
+            recorder.pass(CONTROL, |pass| bench.stage.record_geometry(pass));
+        })?;
+        for turn in order {
+            let rig = turn.and_then(|index| self.rigs.get_mut(index));
+            let mut done = Ok(());
+            self.clock.frame(bench.gpu, |recorder| match rig {
+                None => bench.record_full(recorder),
+                Some(rig) => done = rig.record(recorder, number),
+            })?;
+            done?;
+        }
+        Ok(())
     }
 }
 
@@ -376,8 +422,12 @@ struct Compared {
     seam: f64,
 }
 
-/// Compares pairs of pictures: full rate, variable rate. Also whether all are equal, and the last ꟻLIP map.
-fn compare(size: [u32; 2], pairs: &[(Vec<u8>, Vec<u8>)], flips: f64) -> (Errors, bool, Vec<u8>) {
+/// Compares pairs of pictures: full rate, variable rate. Flips are not seen in them.
+fn compare(size: [u32; 2], pairs: &[(Rc<Vec<u8>>, Vec<u8>)]) -> Errors {
+    let pairs: Vec<(&[u8], &[u8])> = pairs
+        .iter()
+        .map(|(full, variable)| (full.as_slice(), variable.as_slice()))
+        .collect();
     let found: Vec<Compared> = pairs
         .par_iter()
         .map(|(full, variable)| {
@@ -394,17 +444,14 @@ fn compare(size: [u32; 2], pairs: &[(Vec<u8>, Vec<u8>)], flips: f64) -> (Errors,
     let mean =
         |of: &dyn Fn(&Compared) -> f64| found.iter().map(of).sum::<f64>() / found.len() as f64;
     let square = mean(&|c| c.square);
-    let error = Errors {
+    Errors {
         flip_mean: mean(&|c| c.flip.mean),
         flip_p99: mean(&|c| c.flip.p99),
         ssim: mean(&|c| c.ssim),
         psnr: (square > 0.0).then(|| 10.0 * (255.0f64.powi(2) / square).log10()),
         seam: mean(&|c| c.seam),
-        flips,
-    };
-    let identical = pairs.iter().all(|(full, variable)| full == variable);
-    let map = found.into_iter().next_back();
-    (error, identical, map.map_or_else(Vec::new, |c| c.flip.map))
+        flips: 0.0,
+    }
 }
 
 /// Shaded pixels for each pixel, by rates alone.
@@ -415,45 +462,4 @@ pub fn average_rate(sri: &Sri, largest: Rate) -> f64 {
         .map(|(x, y)| 1.0 / f64::from(sri.rate(x, y, largest).pixels()))
         .sum();
     shaded / (f64::from(layout.width) * f64::from(layout.height))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn frame(parts: &[(&str, f64)]) -> FrameTimes {
-        parts
-            .iter()
-            .map(|&(name, ms)| (name.to_owned(), ms))
-            .collect()
-    }
-
-    #[test]
-    fn what_runs_in_every_other_frame_counts_half() {
-        let with = [
-            (CONTROL, 1.0),
-            ("full rate material", 10.0),
-            ("analyse", 4.0),
-            ("material", 5.0),
-        ];
-        let without = [with[0], with[1], with[3]];
-        let frames: Vec<FrameTimes> = (0..10)
-            .map(|i| match i % 2 {
-                0 => frame(&with),
-                _ => frame(&without),
-            })
-            .collect();
-        let found = summarise(SceneName::Ramps, &frames);
-        assert_eq!((found.full_ms, found.control_ms), (10.0, 1.0));
-        assert_eq!((found.variable_ms, found.variable_p95_ms), (7.0, 9.0));
-        assert_eq!((found.machinery_ms(), found.share()), (2.0, 0.7));
-        assert_eq!(found.passes[0].name, "analyse");
-        assert_eq!(found.passes[1].full_ms, Some(10.0));
-        assert_eq!(found.saved_share(), 0.5);
-    }
-
-    #[test]
-    fn of_no_frames_there_is_no_time() {
-        assert_eq!(summarise(SceneName::Ramps, &[]), Times::default());
-    }
 }

@@ -1,8 +1,8 @@
-//! Finished points on disk, so that an interrupted study keeps what it had and goes on from there.
+//! What is finished, on disk, so that an interrupted study keeps what it had and goes on from there.
 //!
-//! *Does*: appends each finished point to `points.jsonl`, a line each. *Guarantees*: a line that was cut off by an
-//! interruption is passed over; points of another device, size, length or seed are never mixed in, for each line carries
-//! what it was measured with.
+//! *Does*: appends what was found to `points.jsonl`, a line each: how a setting looks; the times of settings that were timed together;
+//! the truth of a scene. *Guarantees*: there is no file before there is a line; a line that was cut off by an interruption is passed
+//! over; findings of another device, size, length or seed are never mixed in, for each line carries what it was measured with.
 
 use std::{
     fs::{File, OpenOptions},
@@ -12,7 +12,10 @@ use std::{
 
 use serde::{Deserialize, Serialize};
 
-use super::{setting::Setting, study::Point};
+use super::{
+    setting::Setting,
+    study::{Effect, Seen, Times, Truth},
+};
 
 /// What a point was measured with.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -31,27 +34,50 @@ pub struct With {
     pub seed: u64,
 }
 
+/// Something that was found of a scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Found {
+    /// How a setting looks.
+    Look {
+        /// The setting.
+        setting: Setting,
+        /// What was seen.
+        seen: Seen,
+    },
+    /// What settings that were timed together take, and the effects among them.
+    Times {
+        /// Each setting and its times.
+        times: Vec<(Setting, Times)>,
+        /// The effects.
+        effects: Vec<Effect>,
+    },
+    /// How far the analyses are from the truth.
+    Truth(Truth),
+}
+
 #[derive(Serialize, Deserialize)]
 struct Line {
     with: With,
     scene: String,
-    point: Point,
+    found: Found,
 }
 
-/// A journal of finished points.
+/// A journal of what was found.
 #[derive(Debug)]
 pub struct Journal {
     path: PathBuf,
-    file: File,
+    file: Option<File>,
     with: With,
-    known: Vec<(String, Point)>,
+    is_cut: bool,
+    known: Vec<(String, Found)>,
 }
 
 impl Journal {
-    /// Opens the journal in a folder, or starts one.
+    /// Reads the journal in a folder, if there is one.
     ///
     /// # Errors
-    /// If the file can be neither read nor written.
+    /// If the file cannot be read.
     pub fn open(folder: &Path, with: With) -> std::io::Result<Journal> {
         let path = folder.join("points.jsonl");
         let mut known = Vec::new();
@@ -60,21 +86,17 @@ impl Journal {
             for line in BufReader::new(File::open(&path)?).split(b'\n') {
                 let line = line?;
                 match serde_json::from_slice::<Line>(&line) {
-                    Ok(line) if line.with == with => known.push((line.scene, line.point)),
+                    Ok(line) if line.with == with => known.push((line.scene, line.found)),
                     Ok(_) => {}
                     Err(_) => is_cut |= !line.is_empty(),
                 }
             }
         }
-        let mut file = OpenOptions::new().create(true).append(true).open(&path)?;
-        if is_cut {
-            // what follows must not be glued to a line that was cut off
-            file.write_all(b"\n")?;
-        }
         Ok(Journal {
             path,
-            file,
+            file: None,
             with,
+            is_cut,
             known,
         })
     }
@@ -84,39 +106,92 @@ impl Journal {
         &self.path
     }
 
-    /// A point that was finished before.
-    pub fn find(&self, scene: &str, setting: &Setting) -> Option<&Point> {
-        self.known
-            .iter()
-            .find(|(of, point)| of == scene && point.setting == *setting)
-            .map(|(_, point)| point)
+    /// What is known of a scene.
+    fn of(&self, scene: &str) -> impl Iterator<Item = &Found> {
+        let known = self.known.iter().filter(move |(of, _)| of == scene);
+        known.map(|(_, found)| found)
     }
 
-    /// Notes a finished point, and has it on disk before it returns.
+    /// How a setting looked.
+    pub fn look(&self, scene: &str, wanted: &Setting) -> Option<&Seen> {
+        self.of(scene).find_map(|found| match found {
+            Found::Look { setting, seen } if setting == wanted => Some(seen),
+            _ => None,
+        })
+    }
+
+    /// What a setting took.
+    pub fn times(&self, scene: &str, wanted: &Setting) -> Option<&Times> {
+        self.of(scene).find_map(|found| match found {
+            Found::Times { times, .. } => times
+                .iter()
+                .find(|(setting, _)| setting == wanted)
+                .map(|(_, times)| times),
+            _ => None,
+        })
+    }
+
+    /// What the effects of a scene add, if they were found.
+    pub fn effects(&self, scene: &str) -> Vec<Effect> {
+        let effects = self.of(scene).find_map(|found| match found {
+            Found::Times { effects, .. } if !effects.is_empty() => Some(effects.clone()),
+            _ => None,
+        });
+        effects.unwrap_or_default()
+    }
+
+    /// The truth of a scene.
+    pub fn truth(&self, scene: &str) -> Option<&Truth> {
+        self.of(scene).find_map(|found| match found {
+            Found::Truth(truth) => Some(truth),
+            _ => None,
+        })
+    }
+
+    /// Notes what was found, and has it on disk before it returns.
     ///
     /// # Errors
     /// If it cannot be written.
-    pub fn note(&mut self, scene: &str, point: &Point) -> std::io::Result<()> {
+    pub fn note(&mut self, scene: &str, found: Found) -> std::io::Result<()> {
         let line = Line {
             with: self.with.clone(),
             scene: scene.to_owned(),
-            point: point.clone(),
+            found,
         };
         let mut bytes = serde_json::to_vec(&line)?;
         bytes.push(b'\n');
-        self.file.write_all(&bytes)?;
-        self.file.sync_data()?;
-        self.known.push((line.scene, line.point));
+        let is_cut = std::mem::take(&mut self.is_cut);
+        let file = self.file()?;
+        if is_cut {
+            // what follows must not be glued to a line that was cut off
+            file.write_all(b"\n")?;
+        }
+        file.write_all(&bytes)?;
+        file.sync_data()?;
+        self.known.push((line.scene, line.found));
         Ok(())
+    }
+
+    fn file(&mut self) -> std::io::Result<&mut File> {
+        let file = match self.file.take() {
+            Some(file) => file,
+            None => {
+                if let Some(folder) = self.path.parent() {
+                    std::fs::create_dir_all(folder)?;
+                }
+                OpenOptions::new()
+                    .create(true)
+                    .append(true)
+                    .open(&self.path)?
+            }
+        };
+        Ok(self.file.insert(file))
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{
-        super::study::{Errors, Times},
-        *,
-    };
+    use super::*;
 
     fn with() -> With {
         With {
@@ -129,73 +204,87 @@ mod tests {
         }
     }
 
-    fn point(threshold: f64) -> Point {
-        Point {
-            name: "one".to_owned(),
-            preset: None,
-            peer: false,
-            settings: String::new(),
-            setting: Setting {
-                threshold,
-                ..Setting::default()
-            },
-            gives_up: None,
-            identical: false,
-            primary_share: 0.5,
-            retired_share: 0.25,
-            average_rate: 0.5,
-            error: Errors::default(),
-            time: Times::default(),
-            pictures: std::collections::BTreeMap::new(),
+    fn setting(threshold: f64) -> Setting {
+        Setting {
+            threshold,
+            ..Setting::default()
         }
+    }
+
+    fn look(threshold: f64) -> Found {
+        Found::Look {
+            setting: setting(threshold),
+            seen: Seen {
+                primary_share: threshold,
+                ..Seen::default()
+            },
+        }
+    }
+
+    #[test]
+    fn before_anything_is_found_there_is_no_file_and_no_folder() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let inner = folder.path().join("out");
+        let journal = Journal::open(&inner, with()).expect("a journal");
+        assert!(journal.look("text", &setting(0.1)).is_none() && !inner.exists());
     }
 
     #[test]
     fn what_was_finished_is_found_again() {
         let folder = tempfile::tempdir().expect("a folder");
-        let mut journal = Journal::open(folder.path(), with()).expect("a journal");
-        assert_eq!(journal.find("text", &point(0.1).setting), None);
-        journal.note("text", &point(0.1)).expect("written");
+        let mut journal = Journal::open(&folder.path().join("out"), with()).expect("a journal");
+        journal.note("text", look(0.1)).expect("written");
+        let times = Found::Times {
+            times: vec![
+                (setting(0.1), Times::default()),
+                (setting(0.3), Times::default()),
+            ],
+            effects: vec![Effect::default()],
+        };
+        journal.note("text", times).expect("written");
         drop(journal);
-        let journal = Journal::open(folder.path(), with()).expect("a journal");
-        assert_eq!(journal.find("text", &point(0.1).setting), Some(&point(0.1)));
-        assert_eq!(journal.find("text", &point(0.2).setting), None);
-        assert_eq!(journal.find("ramps", &point(0.1).setting), None);
+        let journal = Journal::open(&folder.path().join("out"), with()).expect("a journal");
+        let seen = journal.look("text", &setting(0.1)).expect("a look");
+        assert_eq!(seen.primary_share, 0.1);
+        assert!(journal.look("text", &setting(0.2)).is_none());
+        assert!(journal.look("ramps", &setting(0.1)).is_none());
+        assert!(journal.times("text", &setting(0.3)).is_some());
+        assert!(journal.times("text", &setting(0.2)).is_none());
+        assert_eq!(journal.effects("text").len(), 1);
+        assert!(journal.effects("ramps").is_empty() && journal.truth("text").is_none());
     }
 
     #[test]
     fn a_line_that_was_cut_off_is_passed_over() {
         let folder = tempfile::tempdir().expect("a folder");
         let mut journal = Journal::open(folder.path(), with()).expect("a journal");
-        journal.note("text", &point(0.1)).expect("written");
-        journal.note("text", &point(0.2)).expect("written");
+        journal.note("text", look(0.1)).expect("written");
+        journal.note("text", look(0.2)).expect("written");
         let path = journal.path().to_owned();
         drop(journal);
         let bytes = std::fs::read(&path).expect("a file");
         std::fs::write(&path, &bytes[..bytes.len() - 20]).expect("cut");
         let mut journal = Journal::open(folder.path(), with()).expect("a journal");
-        assert!(journal.find("text", &point(0.1).setting).is_some());
-        assert!(journal.find("text", &point(0.2).setting).is_none());
-        journal.note("text", &point(0.3)).expect("written");
+        assert!(journal.look("text", &setting(0.1)).is_some());
+        assert!(journal.look("text", &setting(0.2)).is_none());
+        journal.note("text", look(0.3)).expect("written");
         drop(journal);
         let journal = Journal::open(folder.path(), with()).expect("a journal");
-        assert!(
-            journal.find("text", &point(0.3).setting).is_some(),
-            "not glued to the cut line"
-        );
+        let again = journal.look("text", &setting(0.3));
+        assert!(again.is_some(), "not glued to the cut line");
     }
 
     #[test]
-    fn points_of_another_size_are_not_mixed_in() {
+    fn findings_of_another_size_are_not_mixed_in() {
         let folder = tempfile::tempdir().expect("a folder");
         let mut journal = Journal::open(folder.path(), with()).expect("a journal");
-        journal.note("text", &point(0.1)).expect("written");
+        journal.note("text", look(0.1)).expect("written");
         drop(journal);
         let other = With {
             size: [32, 32],
             ..with()
         };
         let journal = Journal::open(folder.path(), other).expect("a journal");
-        assert_eq!(journal.find("text", &point(0.1).setting), None);
+        assert!(journal.look("text", &setting(0.1)).is_none());
     }
 }

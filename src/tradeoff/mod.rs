@@ -6,13 +6,17 @@
 //! | [`sweep`] | which settings are tried: TOML |
 //! | [`realise`] | from a setting and what a scene declares to what runs |
 //! | [`rig`] | a setting at work on a scene, frame by frame |
-//! | [`mod@bench`] | error and time of a setting |
+//! | [`mod@bench`] | error and time of settings |
+//! | [`turns`] | settings timed in turns, against full rate in the same round |
+//! | [`effects`] | the effects that a scene declares |
 //! | [`clock`] | times by the GPU's clock |
 //! | [`truth`] | what coarsening really does |
 //! | [`granularity`] | one rate for several quads |
 //! | [`front`] | what nothing beats |
-//! | [`journal`] | finished points on disk, to go on from |
+//! | [`journal`] | what is finished, on disk, to go on from |
+//! | [`memory`] | whether it fits |
 //! | [`run`] | a whole study |
+//! | [`summary`] | all scenes together: Fig. 10 of the paper, and its t and l |
 //! | [`study`], [`report`], [`pictures`], [`plot`] | what was found, as data, page, tables and pictures |
 //!
 //! # On a real GPU
@@ -27,9 +31,11 @@
 
 pub mod bench;
 pub mod clock;
+pub mod effects;
 pub mod front;
 pub mod granularity;
 pub mod journal;
+pub mod memory;
 pub mod pictures;
 pub mod plot;
 pub mod realise;
@@ -38,8 +44,10 @@ pub mod rig;
 pub mod run;
 pub mod setting;
 pub mod study;
+pub mod summary;
 pub mod sweep;
 pub mod truth;
+pub mod turns;
 
 use crate::{check::gpu::GpuError, scenes::stage::StageError};
 
@@ -55,6 +63,19 @@ pub enum Trouble {
     /// A setting calls for what cannot be had.
     #[error("{0}")]
     Setting(String),
+    /// The pictures are too large for the device's memory.
+    #[error(
+        "pictures of {}x{} need about {gibibytes:.1} GiB at once, which {adapter} has not: choose a smaller --size",
+        .size[0], .size[1]
+    )]
+    Memory {
+        /// The device.
+        adapter: String,
+        /// Width and height.
+        size: [u32; 2],
+        /// What they need.
+        gibibytes: f64,
+    },
     /// A scene could not be staged.
     #[error(transparent)]
     Stage(#[from] StageError),

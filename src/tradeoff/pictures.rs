@@ -1,11 +1,21 @@
-//! Pictures of a point for the report, as data URIs; rates and reasons are layers of one pixel a quad, to be laid over the scene.
+//! Pictures of a point for the report, as data URIs; rates, reasons and what is skipped are layers of one pixel a quad, to be laid
+//! over the scene.
+//!
+//! *Guarantees*: layers, and pictures of up to a million pixels, are exact (PNG). Larger ones are JPEG of quality 92, for a page of a
+//! hundred pictures to be opened at all; errors are measured before.
 
 use std::collections::BTreeMap;
 
 use image::{ExtendedColorType, ImageEncoder};
 
-use super::bench::Look;
+use super::bench::Last;
 use crate::{Rate, analyse::Reason, demo::rate_color, sri::SriLayout};
+
+/// Pixels of a picture that is kept exactly.
+const EXACT: u32 = 1 << 20;
+/// The colours of quads that are skipped, and of others.
+const SKIPPED: [u8; 3] = [0, 150, 220];
+const RUN: [u8; 3] = [40, 40, 40];
 
 /// What a reason is called, and its colour.
 pub fn reason(reason: Reason) -> (&'static str, [u8; 3]) {
@@ -37,7 +47,15 @@ pub fn legends() -> BTreeMap<String, Vec<(String, String)>> {
         .into_iter()
         .map(|of| (reason(of).0.to_owned(), css(reason(of).1)))
         .collect();
-    BTreeMap::from([("rates".to_owned(), rates), ("reasons".to_owned(), reasons)])
+    let skipped = vec![
+        ("sky: material and rays skip it".to_owned(), css(SKIPPED)),
+        ("every pass runs".to_owned(), css(RUN)),
+    ];
+    BTreeMap::from([
+        ("rates".to_owned(), rates),
+        ("reasons".to_owned(), reasons),
+        ("skipped".to_owned(), skipped),
+    ])
 }
 
 /// A full-colour picture as a data URI.
@@ -46,11 +64,11 @@ pub fn picture(size: [u32; 2], rgba: &[u8]) -> String {
         .chunks_exact(4)
         .flat_map(|pixel| [pixel[0], pixel[1], pixel[2]])
         .collect();
-    uri(size, &rgb)
+    shown(size, &rgb)
 }
 
 /// The pictures of a point.
-pub fn of_look(size: [u32; 2], look: &Look, largest: Rate) -> BTreeMap<String, String> {
+pub fn of_frame(size: [u32; 2], last: &Last, largest: Rate) -> BTreeMap<String, String> {
     let layout = SriLayout::new(size[0], size[1]);
     let quads = [layout.width, layout.height];
     let layer = |colour: &dyn Fn(u32, u32) -> [u8; 3]| {
@@ -62,13 +80,22 @@ pub fn of_look(size: [u32; 2], look: &Look, largest: Rate) -> BTreeMap<String, S
     };
     let mut pictures = BTreeMap::from([(
         "rates".to_owned(),
-        layer(&|x, y| rate_color(look.left.sri.rate(x, y, largest))),
+        layer(&|x, y| rate_color(last.left.sri.rate(x, y, largest))),
     )]);
-    if !look.identical {
-        pictures.insert("variable".to_owned(), picture(size, &look.picture));
-        pictures.insert("flip".to_owned(), uri(size, &look.map));
+    if last.picture != *last.full {
+        pictures.insert("variable".to_owned(), picture(size, &last.picture));
+        pictures.insert("flip".to_owned(), shown(size, &last.map));
     }
-    if let Some(reasons) = &look.left.reasons {
+    if let Some(skipped) = &last.skipped {
+        let is_skipped = |x: u32, y: u32| {
+            let pixels = (0..4).map(|i| [x * 2 + i % 2, y * 2 + i / 2]);
+            let mut inside = pixels.filter(|[x, y]| *x < size[0] && *y < size[1]);
+            inside.all(|[x, y]| skipped[(y * size[0] + x) as usize])
+        };
+        let colour = |x, y| if is_skipped(x, y) { SKIPPED } else { RUN };
+        pictures.insert("skipped".to_owned(), layer(&colour));
+    }
+    if let Some(reasons) = &last.left.reasons {
         let at = |x: u32, y: u32| reasons.get((y * layout.pitch + x) as usize).copied();
         pictures.insert(
             "reasons".to_owned(),
@@ -81,7 +108,21 @@ pub fn of_look(size: [u32; 2], look: &Look, largest: Rate) -> BTreeMap<String, S
     pictures
 }
 
-/// An RGB picture as a data URI.
+/// A picture as a data URI: exact, or JPEG if it is large.
+fn shown(size: [u32; 2], rgb: &[u8]) -> String {
+    if size[0] * size[1] <= EXACT {
+        return uri(size, rgb);
+    }
+    let mut jpeg = Vec::new();
+    let encoder = image::codecs::jpeg::JpegEncoder::new_with_quality(&mut jpeg, 92);
+    match encoder.write_image(rgb, size[0], size[1], ExtendedColorType::Rgb8) {
+        Ok(()) => format!("data:image/jpeg;base64,{}", base64(&jpeg)),
+        // a picture too wide for JPEG, which ends at 65,535 pixels
+        Err(_) => uri(size, rgb),
+    }
+}
+
+/// An RGB picture as a data URI, exactly.
 fn uri([width, height]: [u32; 2], rgb: &[u8]) -> String {
     let mut png = Vec::new();
     let encoder = image::codecs::png::PngEncoder::new_with_quality(

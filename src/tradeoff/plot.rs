@@ -1,11 +1,11 @@
-//! Time against error as an SVG for a README: a panel for each scene, the front, the presets by name.
+//! Time against error as an SVG for a README: a panel for each scene, the front, the presets by name, and a legend.
 //!
 //! *Guarantees*: no script, no font of its own, no network; legible on light and on dark pages.
 
 use std::fmt::Write;
 
 use super::{
-    report::scene_front,
+    report::front_of,
     study::{Point, SceneStudy, Study},
 };
 
@@ -16,11 +16,13 @@ const RIGHT: f64 = 14.0;
 const TOP: f64 = 34.0;
 const BOTTOM: f64 = 40.0;
 const COLUMNS: usize = 2;
+/// What stands below the panels: what is plotted, and the legend.
+const FOOT: f64 = 48.0;
 
 const STYLE: &str = "svg{color-scheme:light dark;font:12px system-ui,sans-serif}\
-.paper{fill:#fcfcfb}text{fill:#43484d}.name{fill:#1d1f21;font-weight:600}.grid{stroke:#dfe1e3}.front{stroke:#1b6ca8;fill:none;stroke-width:1.5}\
+.paper{fill:#fcfcfb}.span{stroke-width:1.2}.span.preset{stroke:#c4501b}.span.on{stroke:#1b6ca8}text{fill:#43484d}.name{fill:#1d1f21;font-weight:600}.grid{stroke:#dfe1e3}.front{stroke:#1b6ca8;fill:none;stroke-width:1.5}\
 .on{fill:#1b6ca8}.off{fill:#a9b1b7}.preset{fill:#c4501b}.peer{fill:#6b4fa0}\
-@media(prefers-color-scheme:dark){.paper{fill:#16181a}text{fill:#a8aeb3}.name{fill:#e8e9ea}.grid{stroke:#34383b}.front{stroke:#63b3ea}\
+@media(prefers-color-scheme:dark){.paper{fill:#16181a}.span.preset{stroke:#f08a54}.span.on{stroke:#63b3ea}text{fill:#a8aeb3}.name{fill:#e8e9ea}.grid{stroke:#34383b}.front{stroke:#63b3ea}\
 .on{fill:#63b3ea}.off{fill:#6b747b}.preset{fill:#f08a54}.peer{fill:#b39ae0}}";
 
 /// The plot.
@@ -30,7 +32,7 @@ pub fn svg(study: &Study) -> String {
     // never narrower than the line that says what is plotted
     let (width, height) = (
         (WIDTH * columns as f64).max(760.0),
-        HEIGHT * rows as f64 + 26.0,
+        HEIGHT * rows as f64 + FOOT,
     );
     let mut text = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" role=\"img\" \
@@ -43,14 +45,57 @@ pub fn svg(study: &Study) -> String {
     push(
         &mut text,
         format_args!(
-            "<text x=\"12\" y=\"{}\">{}, {}×{}: mean ꟻLIP (up) against time ÷ full rate (across)</text></svg>\n",
-            height - 10.0,
+            "<text x=\"12\" y=\"{}\">{}, {}×{}: mean ꟻLIP (up) against time ÷ full rate (across)</text>",
+            height - 30.0,
             escaped(&study.adapter),
             study.size[0],
             study.size[1]
         ),
     );
-    text
+    legend(&mut text, height - 10.0);
+    text + "</svg>\n"
+}
+
+/// What each mark means, in a row.
+fn legend(text: &mut String, y: f64) {
+    let entries = [
+        ("preset", "preset, with its 95 % interval", 200.0),
+        ("on", "on the front: nothing beats it in both", 232.0),
+        ("peer", "published estimator", 140.0),
+        ("off", "another setting", 0.0),
+    ];
+    let mut x = 18.0;
+    for (class, name, width) in entries {
+        let mark = mark(class, x, y - 4.0, 4.0, "");
+        push(
+            text,
+            format_args!("{mark}<text x=\"{}\" y=\"{y}\">{name}</text>", x + 9.0),
+        );
+        x += width;
+    }
+}
+
+/// A point: a circle, or for a published estimator a diamond.
+fn mark(class: &str, x: f64, y: f64, radius: f64, title: &str) -> String {
+    let title = match title.is_empty() {
+        true => String::new(),
+        false => format!("<title>{}</title>", escaped(title)),
+    };
+    match class {
+        "peer" => {
+            let r = radius * 1.2;
+            format!(
+                "<path class=\"peer\" d=\"M{:.1} {y:.1}L{x:.1} {:.1}L{:.1} {y:.1}L{x:.1} {:.1}Z\">{title}</path>",
+                x - r,
+                y - r,
+                x + r,
+                y + r
+            )
+        }
+        _ => format!(
+            "<circle class=\"{class}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius}\">{title}</circle>"
+        ),
+    }
 }
 
 fn push(text: &mut String, what: std::fmt::Arguments) {
@@ -76,7 +121,7 @@ fn step(length: f64) -> f64 {
 }
 
 fn place(point: &Point) -> [f64; 2] {
-    [point.time.share(), point.error.flip_mean]
+    [point.time.share.median, point.seen.error.flip_mean]
 }
 
 fn panel(text: &mut String, scene: &SceneStudy, left: f64, top: f64) {
@@ -131,7 +176,7 @@ fn panel(text: &mut String, scene: &SceneStudy, left: f64, top: f64) {
             ),
         );
     }
-    let front = scene_front(scene);
+    let front = front_of(scene);
     let line: Vec<String> = front
         .iter()
         .map(|&i| place(&scene.points[i]))
@@ -143,6 +188,7 @@ fn panel(text: &mut String, scene: &SceneStudy, left: f64, top: f64) {
             format_args!("<path class=\"front\" d=\"M{}\"/>", line.join("L")),
         );
     }
+    let mut labels: Vec<[f64; 2]> = Vec::new();
     let mut order: Vec<usize> = (0..scene.points.len()).collect();
     order.sort_by_key(|&i| scene.points[i].preset.is_some());
     for i in order {
@@ -159,28 +205,49 @@ fn panel(text: &mut String, scene: &SceneStudy, left: f64, top: f64) {
         };
         push(
             text,
-            format_args!(
-                "<circle class=\"{class}\" cx=\"{:.1}\" cy=\"{:.1}\" r=\"{radius}\"><title>{}</title></circle>",
-                x(a),
-                y(b),
-                escaped(&point.name)
-            ),
+            format_args!("{}", mark(class, x(a), y(b), radius, &point.name)),
         );
+        if matches!(class, "preset" | "on") {
+            let (low, high) = (point.time.share.low, point.time.share.high);
+            push(
+                text,
+                format_args!(
+                    "<path class=\"span {class}\" d=\"M{:.1} {2:.1}H{:.1}\"/>",
+                    x(low),
+                    x(high.min(x_most)),
+                    y(b)
+                ),
+            );
+        }
         if let Some(name) = &point.preset {
             let (anchor, away) = match x(a) > left + WIDTH - 80.0 {
                 true => ("end", -8.0),
                 false => ("start", 8.0),
             };
+            let at = free([x(a) + away, y(b) - 7.0], &labels, top + 30.0);
+            labels.push(at);
             push(
                 text,
                 format_args!(
                     "<text class=\"name\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"{anchor}\">{name}</text>",
-                    x(a) + away,
-                    y(b) - 7.0
+                    at[0], at[1]
                 ),
             );
         }
     }
+}
+
+/// The place of a label: upwards until no other is in the way.
+fn free(wanted: [f64; 2], others: &[[f64; 2]], top: f64) -> [f64; 2] {
+    let mut at = wanted;
+    let is_taken = |at: [f64; 2]| {
+        let hits = |o: &[f64; 2]| (o[0] - at[0]).abs() < 62.0 && (o[1] - at[1]).abs() < 13.0;
+        others.iter().any(hits)
+    };
+    while is_taken(at) && at[1] > top {
+        at[1] -= 13.0;
+    }
+    at
 }
 
 /// A tick's number, without rounding errors.
@@ -199,6 +266,15 @@ mod tests {
             assert!((2.0..=6.0).contains(&parts), "{length}: {parts}");
         }
         assert_eq!(step(1.06), 0.2);
+    }
+
+    #[test]
+    fn labels_do_not_lie_on_one_another() {
+        let first = free([100.0, 80.0], &[], 30.0);
+        assert_eq!(first, [100.0, 80.0]);
+        let second = free([120.0, 82.0], &[first], 30.0);
+        assert!(second[1] <= first[1] - 11.0, "{second:?}");
+        assert_eq!(free([300.0, 80.0], &[first], 30.0), [300.0, 80.0]);
     }
 
     #[test]

@@ -386,9 +386,10 @@ impl Realised {
                     .filter(|(is_there, _)| *is_there)
                     .map(|(_, name)| name)
                     .collect();
-                match guards.is_empty() {
-                    true => "deblock.wgsl: over all edges".to_owned(),
-                    false => format!("deblock.wgsl: stops where {} differ", guards.join(" or ")),
+                match guards[..] {
+                    [] => "deblock.wgsl: over all edges".to_owned(),
+                    ["depth"] => "deblock.wgsl: stops where depth differs".to_owned(),
+                    _ => format!("deblock.wgsl: stops where {} differ", guards.join(" or ")),
                 }
             }
         });

@@ -1,5 +1,7 @@
 //! A study as files: one page that works without a network, a table for spreadsheets, and JSON.
 
+use std::collections::BTreeMap;
+
 use super::{
     front::front,
     setting::Setting,
@@ -34,7 +36,7 @@ pub fn json(study: &Study) -> String {
 }
 
 /// The columns of the table, before those of the setting.
-const COLUMNS: [&str; 22] = [
+const COLUMNS: [&str; 28] = [
     "scene",
     "name",
     "preset",
@@ -47,8 +49,14 @@ const COLUMNS: [&str; 22] = [
     "machinery_ms",
     "control_ms",
     "control_p95_ms",
+    "share",
+    "share_low",
+    "share_high",
+    "rounds",
+    "drift",
+    "steady",
     "primary_share",
-    "retired_share",
+    "retired_share_if_tiled",
     "average_rate",
     "identical",
     "flip_mean",
@@ -67,9 +75,9 @@ pub fn csv(study: &Study) -> String {
         .collect();
     let mut table = format!("{},{}\n", COLUMNS.join(","), keys.join(","));
     for scene in &study.scenes {
-        let on_front = scene_front(scene);
+        let on_front = front_of(scene);
         for (index, point) in scene.points.iter().enumerate() {
-            let (error, time) = (&point.error, &point.time);
+            let (error, time) = (&point.seen.error, &point.time);
             let mut cells = vec![
                 scene.name.clone(),
                 quoted(&point.name),
@@ -83,10 +91,16 @@ pub fn csv(study: &Study) -> String {
                 time.machinery_ms().to_string(),
                 time.control_ms.to_string(),
                 time.control_p95_ms.to_string(),
-                point.primary_share.to_string(),
-                point.retired_share.to_string(),
-                point.average_rate.to_string(),
-                point.identical.to_string(),
+                time.share.median.to_string(),
+                time.share.low.to_string(),
+                time.share.high.to_string(),
+                time.rounds.to_string(),
+                time.drift.to_string(),
+                time.is_steady.to_string(),
+                point.seen.primary_share.to_string(),
+                point.seen.retired_share.to_string(),
+                point.seen.average_rate.to_string(),
+                point.seen.identical.to_string(),
                 error.flip_mean.to_string(),
                 error.flip_p99.to_string(),
                 error.ssim.to_string(),
@@ -128,14 +142,47 @@ fn quoted(text: &str) -> String {
     }
 }
 
+/// A measure by name.
+type Measure = (&'static str, fn(&Point) -> f64);
+
+/// What a point costs, less being better. The page has the same names.
+const COSTS: [Measure; 3] = [
+    ("time", |p| p.time.share.median),
+    ("primaries", |p| p.seen.primary_share),
+    ("waves", |p| 1.0 - p.seen.retired_share),
+];
+
+/// What a point gives up, less being better. The page has the same names.
+const ERRORS: [Measure; 6] = [
+    ("flip_mean", |p| p.seen.error.flip_mean),
+    ("flip_p99", |p| p.seen.error.flip_p99),
+    ("ssim", |p| 1.0 - p.seen.error.ssim),
+    ("rms", |p| rms(p.seen.error.psnr)),
+    ("seam", |p| p.seen.error.seam),
+    ("flips", |p| p.seen.error.flips),
+];
+
+/// The root mean square difference in 8-bit steps of a PSNR.
+fn rms(psnr: Option<f64>) -> f64 {
+    psnr.map_or(0.0, |psnr| 255.0 * 10f64.powf(-psnr / 20.0))
+}
+
+/// For each cost and each error, as `time flip_mean`: the points that no other beats in both.
+pub fn fronts(points: &[Point]) -> BTreeMap<String, Vec<usize>> {
+    let mut all = BTreeMap::new();
+    for (cost, cost_of) in COSTS {
+        for (error, error_of) in ERRORS {
+            let places: Vec<[f64; 2]> = points.iter().map(|p| [cost_of(p), error_of(p)]).collect();
+            all.insert(format!("{cost} {error}"), front(&places));
+        }
+    }
+    all
+}
+
 /// The points of a scene that no other beats in both the frame's time and mean ꟻLIP.
-pub fn scene_front(scene: &SceneStudy) -> Vec<usize> {
-    let points: Vec<[f64; 2]> = scene
-        .points
-        .iter()
-        .map(|p| [p.time.share(), p.error.flip_mean])
-        .collect();
-    front(&points)
+pub fn front_of(scene: &SceneStudy) -> Vec<usize> {
+    let known = scene.fronts.get("time flip_mean");
+    known.cloned().unwrap_or_default()
 }
 
 /// From what time at full rate on a setting saves more than its machinery takes, in milliseconds: 0 if there is no machinery,

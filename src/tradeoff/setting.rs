@@ -235,6 +235,15 @@ names! {
     }
 }
 
+/// A field and its value, for a reader.
+fn said(key: &str, value: &toml::Value) -> String {
+    let key = key.replace('_', " ");
+    match value {
+        toml::Value::String(text) => format!("{key} {text}"),
+        other => format!("{key} {other}"),
+    }
+}
+
 impl Setting {
     /// What differs from the defaults, as name and value.
     fn differences(&self) -> Vec<(String, toml::Value)> {
@@ -254,14 +263,29 @@ impl Setting {
         let parts: Vec<String> = self
             .differences()
             .into_iter()
-            .map(|(key, value)| match value {
-                toml::Value::String(text) => format!("{} {text}", key.replace('_', " ")),
-                other => format!("{} {other}", key.replace('_', " ")),
-            })
+            .map(|(key, value)| said(&key, &value))
             .collect();
         match parts.is_empty() {
             true => "the defaults".to_owned(),
             false => parts.join(", "),
+        }
+    }
+
+    /// The same with the estimator's name in front, the paper's too.
+    pub fn estimator_summary(&self) -> String {
+        let name = match toml::Value::try_from(self.estimator) {
+            Ok(toml::Value::String(name)) => name,
+            _ => unreachable!("an estimator is a name"),
+        };
+        let rest: Vec<String> = self
+            .differences()
+            .into_iter()
+            .filter(|(key, _)| key != "estimator")
+            .map(|(key, value)| said(&key, &value))
+            .collect();
+        match rest.is_empty() {
+            true => name,
+            false => format!("{name}, {}", rest.join(", ")),
         }
     }
 

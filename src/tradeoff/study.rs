@@ -15,7 +15,7 @@ pub struct Study {
     pub size: [u32; 2],
     /// Frames of each point; the last four are compared.
     pub frames: u32,
-    /// Frames of each point that are timed.
+    /// Rounds that shall count of those that are timed.
     pub rounds: u32,
     /// Where all chance comes from.
     pub seed: u64,
@@ -23,14 +23,31 @@ pub struct Study {
     pub command: String,
     /// What the reader should know of the times.
     pub note: String,
-    /// Colours of rates and reasons: name and CSS colour.
+    /// Colours of rates, reasons and what is skipped: name and CSS colour.
     pub legends: BTreeMap<String, Vec<(String, String)>>,
+    /// What all scenes together say of the paper's analysis.
+    pub summary: Option<Summary>,
+    /// What is not there yet; nothing once all is.
+    pub unfinished: Option<String>,
     /// What was found for each scene.
     pub scenes: Vec<SceneStudy>,
 }
 
+/// What all scenes together say of the paper's analysis.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Summary {
+    /// The scenes.
+    pub scenes: Vec<String>,
+    /// Sentences on the paper's t and l.
+    pub verdict: Vec<String>,
+    /// By threshold, the mean of the scenes.
+    pub curve: Vec<TruthAt>,
+    /// The published estimators, as published, by the paper's threshold: the mean of the scenes.
+    pub peers: Vec<(String, TruthAt)>,
+}
+
 /// What was found for a scene.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SceneStudy {
     /// Its name.
     pub name: String,
@@ -42,6 +59,10 @@ pub struct SceneStudy {
     pub full: String,
     /// The settings that were tried.
     pub points: Vec<Point>,
+    /// For each measure of time and each of error, as `time flip_mean`, the points that no other beats in both, in the order of time.
+    pub fronts: BTreeMap<String, Vec<usize>>,
+    /// What could not be tried, and why.
+    pub left_out: Vec<String>,
     /// What each declared effect adds.
     pub effects: Vec<Effect>,
     /// How far the analysis is from the truth.
@@ -63,21 +84,31 @@ pub struct Point {
     pub setting: Setting,
     /// What the preset gives up.
     pub gives_up: Option<String>,
-    /// The share of pixels that are shaded, 0 to 1.
+    /// What it looks like.
+    #[serde(flatten)]
+    pub seen: Seen,
+    /// Against the same passes at full rate.
+    pub time: Times,
+    /// Pictures of the last frame as data URIs: `variable`, `flip`, and the layers `rates`, `reasons` and `skipped`. Of presets and the
+    /// front.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub pictures: BTreeMap<String, String>,
+}
+
+/// What a setting looks like.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Seen {
+    /// The share of pixels that are shaded, sky that is skipped not among them, 0 to 1; mean over the frames.
     pub primary_share: f64,
-    /// The share of waves that retire at once, 0 to 1.
+    /// The share of waves that find nothing to do, of a tiled dispatch at these rates, 0 to 1; mean over the frames. Lists launch
+    /// hardly any of those.
     pub retired_share: f64,
-    /// The mean of pixels shaded for each pixel shown, by rates alone, 0 to 1.
+    /// Shaded pixels for each pixel, by rates alone, 0 to 1; mean over the frames.
     pub average_rate: f64,
     /// Against the same frames at full rate.
     pub error: Errors,
-    /// Against the same passes at full rate.
-    pub time: Times,
-    /// Whether the variable-rate pictures have the full-rate pictures' bytes.
+    /// Whether the compared pictures have the full-rate pictures' bytes.
     pub identical: bool,
-    /// Pictures of the last frame as data URIs: `variable`, `flip`, and the layers `rates` and `reasons`.
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub pictures: BTreeMap<String, String>,
 }
 
 /// Distances from the full-rate pictures, means over the frames.
@@ -97,6 +128,24 @@ pub struct Errors {
     pub flips: f64,
 }
 
+/// A median, and the interval that holds the true one in 95 of 100 cases: see [`median_interval`](super::clock::median_interval).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Span {
+    /// The median.
+    pub median: f64,
+    /// Where the interval begins.
+    pub low: f64,
+    /// Where it ends.
+    pub high: f64,
+}
+
+impl Span {
+    /// Whether it may as well be nothing.
+    pub fn is_within_noise(&self) -> bool {
+        self.low <= 0.0 && self.high >= 0.0
+    }
+}
+
 /// Times in milliseconds, by the GPU's clock.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Times {
@@ -108,20 +157,23 @@ pub struct Times {
     pub variable_ms: f64,
     /// The same, 95th percentile.
     pub variable_p95_ms: f64,
+    /// The time at variable rate as a share of that at full rate in the same round.
+    pub share: Span,
     /// A pass that never changes (the G-buffer), median: how steady the machine was.
     pub control_ms: f64,
     /// The same, 95th percentile.
     pub control_p95_ms: f64,
+    /// Rounds that count.
+    pub rounds: u32,
+    /// How far the control was from its median, as a share: 95th percentile of all rounds.
+    pub drift: f64,
+    /// Whether enough rounds had a steady control; else all rounds count.
+    pub is_steady: bool,
     /// Each stage of the machinery and each pass, in order.
     pub passes: Vec<PassTime>,
 }
 
 impl Times {
-    /// The time at variable rate as a share of that at full rate.
-    pub fn share(&self) -> f64 {
-        self.variable_ms / self.full_ms
-    }
-
     /// What full rate does without: analysis, build, deblocking.
     pub fn machinery_ms(&self) -> f64 {
         let machinery = self.passes.iter().filter(|pass| pass.full_ms.is_none());
@@ -145,22 +197,22 @@ pub struct PassTime {
     pub variable_ms: f64,
 }
 
-/// What a declared effect adds: the preset Balanced less the same without it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// What a declared effect adds: the preset Balanced less the same without it, round by round.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Effect {
     /// Its name.
     pub name: String,
     /// Milliseconds of analysis, build and deblocking.
-    pub machinery_ms: f64,
+    pub machinery_ms: Span,
     /// Milliseconds of the whole frame; less than nothing where the effect saves more than it takes.
-    pub frame_ms: f64,
+    pub frame_ms: Span,
     /// The share of pixels that are shaded for it, or not any more.
     pub primaries: f64,
     /// What mean ꟻLIP gains or loses.
     pub flip: f64,
 }
 
-/// The analysis against really coarsening each quad.
+/// Analyses against really coarsening the picture.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Truth {
     /// How the truth was found, for the reader.
@@ -169,18 +221,20 @@ pub struct Truth {
     pub curve: Vec<TruthAt>,
     /// By the luma of the surroundings, at the paper's threshold.
     pub ambients: Vec<TruthAt>,
+    /// The published estimators, as published, by the paper's threshold.
+    pub peers: Vec<(String, TruthAt)>,
 }
 
-/// The analysis against the truth at a threshold.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// An analysis against the truth at a threshold.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TruthAt {
     /// The threshold.
     pub t: f64,
     /// The luma of the surroundings.
     pub l: f64,
-    /// The share of quads that the analysis makes coarser on some axis than the truth allows.
+    /// The share of quads whose true error at the analysis' rate is not below the threshold.
     pub too_coarse: f64,
-    /// The share of the others that it leaves finer than the truth allows.
+    /// The share of the others that shade more pixels than they would in the cheapest way that stays below it.
     pub too_fine: f64,
     /// The average rate of the analysis: shaded pixels for each pixel.
     pub rate: f64,
@@ -188,4 +242,30 @@ pub struct TruthAt {
     pub true_rate: f64,
     /// SSIM of the picture that the analysis' rates give.
     pub ssim: f64,
+}
+
+impl TruthAt {
+    /// Adds a share of another, number by number.
+    pub fn add(&mut self, other: &TruthAt, share: f64) {
+        let TruthAt {
+            t,
+            l,
+            too_coarse,
+            too_fine,
+            rate,
+            true_rate,
+            ssim,
+        } = other;
+        for (sum, value) in [
+            (&mut self.t, t),
+            (&mut self.l, l),
+            (&mut self.too_coarse, too_coarse),
+            (&mut self.too_fine, too_fine),
+            (&mut self.rate, rate),
+            (&mut self.true_rate, true_rate),
+            (&mut self.ssim, ssim),
+        ] {
+            *sum += share * value;
+        }
+    }
 }

@@ -30,6 +30,17 @@ pub struct Trial {
     pub setting: Setting,
 }
 
+impl Trial {
+    /// What sets it apart, in a few words.
+    pub fn name(&self) -> String {
+        match (self.preset, self.is_peer) {
+            (Some(name), _) => name.to_owned(),
+            (None, true) => self.setting.estimator_summary(),
+            (None, false) => self.setting.summary(),
+        }
+    }
+}
+
 /// Why a sweep makes no sense.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
