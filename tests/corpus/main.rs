@@ -1,7 +1,7 @@
 //! Shaders that others wrote and published: each compute entry point of a dozen crates is rewritten, or refused with a reason
 //! that somebody has read and found right.
 //!
-//! `TABLE.md` beside this file is what came of it; `BLESS=1` writes it anew. The text of the shaders is fetched, and never part of
+//! `TABLE.md` beside this file is what came of it; `BLESS=1` writes it anew. `DRIVERS.md` tells what a long run on drivers said. The text of the shaders is fetched, and never part of
 //! this repository; where it cannot be, the tests are passed over. `VRCS_CORPUS=100` checks so many rewritten entry points on the
 //! driver, picked by the seed (all of them if there are no more); a few otherwise. `VRCS_CORPUS_ONLY=sky_view` picks from those whose
 //! crate, file or entry point is named so.
