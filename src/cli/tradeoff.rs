@@ -168,7 +168,16 @@ pub(super) fn rounds(gpu: &Gpu, is_quick: bool) -> Rounds {
         (false, true) => (10, 32),
         (false, false) => (10, 64),
     };
-    Rounds { warm, counted }
+    // a software driver shares its machine, whose other work a few more rounds do not outwait
+    let most = match gpu.is_software() {
+        true => counted + counted / 2,
+        false => counted * 3,
+    };
+    Rounds {
+        warm,
+        counted,
+        most,
+    }
 }
 
 /// The command as it was given, without the program's folder.

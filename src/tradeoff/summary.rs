@@ -5,8 +5,8 @@
 use super::study::{SceneStudy, Summary, Truth, TruthAt};
 use crate::analyse::content::Sensitivity;
 
-/// The share of quads that may be too coarse before a threshold is called too high.
-const TOLERATED: f64 = 0.05;
+/// The SSIM below which a threshold is called high: the loss of one in fifty.
+const KEPT: f64 = 0.98;
 
 /// The summary of scenes whose truth is known; nothing if there are none.
 pub fn of(scenes: &[SceneStudy]) -> Option<Summary> {
@@ -67,21 +67,18 @@ fn on_t(known: &[(&str, &Truth)], curve: &[TruthAt]) -> Option<String> {
         .iter()
         .filter_map(|(name, truth)| Some((*name, truth.curve.iter().find(here)?.too_coarse)))
         .max_by(|a, b| a.1.total_cmp(&b.1))?;
-    let verdict = match curve.iter().rfind(|at| at.too_coarse <= TOLERATED) {
+    let verdict = match curve.iter().rfind(|at| at.ssim >= KEPT) {
         Some(best) if best.t < paper.threshold => format!(
-            "It is too high: of the thresholds tried, {} is the largest that keeps this within {}, at an average rate of {:.3}.",
-            best.t,
-            percent(TOLERATED),
-            best.rate
+            "For pictures of this size it is high: of the thresholds tried, {} is the largest that keeps SSIM at {KEPT} or more, at an average \
+             rate of {:.3}.",
+            best.t, best.rate
         ),
         Some(best) if best.t > paper.threshold => format!(
-            "It is cautious: {} still keeps this within {}, at an average rate of {:.3}.",
-            best.t,
-            percent(TOLERATED),
-            best.rate
+            "For pictures of this size it is cautious: {} still keeps SSIM at {KEPT} or more, at an average rate of {:.3}.",
+            best.t, best.rate
         ),
-        Some(_) => "It is as high as it may be.".to_owned(),
-        None => "It is too high, and so is every other that was tried.".to_owned(),
+        Some(_) => format!("It is the largest of those tried that keeps SSIM at {KEPT} or more."),
+        None => format!("It is high, as is every other that was tried: none keeps SSIM at {KEPT}."),
     };
     Some(format!(
         "At the paper's t = {}, {} of quads are too coarse on the mean of the scenes, {} in the worst of them ({worst}), and {} too fine; it \
@@ -106,9 +103,9 @@ fn on_l(ambients: &[TruthAt]) -> Option<String> {
         .min_by(|a, b| wrong(a).total_cmp(&wrong(b)))?;
     let (first, last) = (ambients.first()?, ambients.last()?);
     let verdict = match is_near(best.l, at.l) || wrong(at) - wrong(best) < 0.01 {
-        true => format!("l = {} is a fair choice", at.l),
+        true => format!("The paper's l = {} is a fair choice", at.l),
         false => format!(
-            "l = {} would be right more often, in {} of quads for {}",
+            "For the paper's l, {} would be right more often, in {} of quads for {}",
             best.l,
             percent(1.0 - wrong(best)),
             percent(1.0 - wrong(at))
@@ -135,6 +132,7 @@ mod tests {
             l,
             too_coarse,
             rate: 1.0 - t,
+            ssim: 1.0 - t / 5.0,
             ..TruthAt::default()
         }
     }
@@ -178,13 +176,19 @@ mod tests {
             said.contains("20.0 % in the worst of them (ramps)"),
             "{said}"
         );
-        assert!(said.contains("too high") && said.contains("0.06"), "{said}");
-        assert!(found.verdict[1].contains("l = 0 would be right more often"));
+        assert!(
+            said.contains("it is high") && said.contains("0.06"),
+            "{said}"
+        );
+        assert!(found.verdict[1].contains("l, 0 would be right more often"));
     }
 
     #[test]
     fn a_threshold_that_could_be_higher_is_called_cautious() {
-        let found = of(&[scene("plain", [0.0, 0.01, 0.04])]).expect("a summary");
+        let mut plain = scene("plain", [0.0, 0.01, 0.04]);
+        let truth = plain.truth.as_mut().expect("it has one");
+        truth.curve.iter_mut().for_each(|at| at.ssim = 0.99);
+        let found = of(&[plain]).expect("a summary");
         assert!(found.verdict[0].contains("cautious"), "{:?}", found.verdict);
     }
 }

@@ -17,8 +17,6 @@ use crate::scenes::SceneName;
 
 /// How far the control of a round that counts may be from its median, as a share.
 pub const DRIFT: f64 = 0.05;
-/// How many rounds may be tried for each one that is wanted.
-const TRIES: u32 = 3;
 
 /// How many rounds are run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,13 +25,8 @@ pub struct Rounds {
     pub warm: u32,
     /// Rounds that shall count.
     pub counted: u32,
-}
-
-impl Rounds {
-    /// The most that are tried, warm-up not among them.
-    pub fn most(self) -> u32 {
-        self.counted * TRIES
-    }
+    /// The most that are tried for that, warm-up not among them.
+    pub most: u32,
 }
 
 /// What one round took.
@@ -82,7 +75,7 @@ pub fn take(
         all.extend(run(more)?);
         let counts = near_the_median(&all);
         let counted = counts.iter().filter(|&&counts| counts).count() as u32;
-        let left = rounds.most().saturating_sub(all.len() as u32);
+        let left = rounds.most.saturating_sub(all.len() as u32);
         if counted >= rounds.counted || left == 0 {
             return Ok(Taken::new(all, counts, counted * 2 >= rounds.counted));
         }
@@ -258,6 +251,7 @@ mod tests {
         let wanted = Rounds {
             warm: 0,
             counted: rounds.len() as u32,
+            most: rounds.len() as u32,
         };
         let mut once = Some(rounds);
         take(wanted, |_| Ok(once.take().unwrap_or_default())).expect("rounds")
@@ -286,6 +280,7 @@ mod tests {
         let wanted = Rounds {
             warm: 0,
             counted: 8,
+            most: 24,
         };
         let found = take(wanted, |more| {
             let rounds = (0..more).map(|_| {
@@ -306,6 +301,7 @@ mod tests {
         let wanted = Rounds {
             warm: 0,
             counted: 8,
+            most: 24,
         };
         let found = take(wanted, |more| {
             let rounds = (0..more).map(|_| {
@@ -316,7 +312,7 @@ mod tests {
         });
         let found = found.expect("rounds").times(SceneName::Ramps, 0, 1);
         assert!(!found.is_steady);
-        assert_eq!(found.rounds, wanted.most());
+        assert_eq!(found.rounds, wanted.most);
         assert!(
             (found.share.median - 0.5).abs() < 1e-12,
             "and still shares hold"
