@@ -1,12 +1,18 @@
 // The rate of a tile of 16x16 pixels (GDC 2019, pass 2): its furthest depth tells how it moved, the previous picture's tiles are fetched
-// there between four of them, and motion scales what they say. A workgroup makes a tile. Its CPU twin is src/analyse/tiles.rs.
+// there between four of them, and motion and the shiniest of its surfaces scale what they say. A workgroup makes a tile. Its CPU twin is src/analyse/tiles.rs.
 
 #import vrcs::analyse::params::{params, largest, SPEEDS}
+#ifdef MATERIALS
+#import vrcs::analyse::fixed::byte_of
+#endif
 #import vrcs::depth::high_product
 #import vrcs::analyse::optics::camera_motion_at
-#import vrcs::analyse::source::{depth, is_lost_motion, magnitudes, speeds_of}
+#import vrcs::analyse::source::{depth, is_lost_motion, magnitudes, position_of, speeds_of}
+#ifdef DEPTH
+#import vrcs::analyse::source::{depth_before, inverse_depth, was_covered}
+#endif
 #import vrcs::analyse::sums::Sums
-#import vrcs::analyse::rates::{Logs, legal, logs_of, limits_everywhere}
+#import vrcs::analyse::rates::{Logs, Places, legal, logs_of, limits_everywhere, limits_under, tolerances}
 
 @group(0) @binding(2) var<storage, read_write> rates: array<u32>;
 #ifdef ATTACHMENT
@@ -15,6 +21,9 @@
 #ifdef REASONS
 @group(0) @binding(6) var<storage, read_write> reasons: array<u32>;
 #endif
+#ifdef MATERIALS
+@group(0) @binding(11) var materials: texture_2d<f32>;
+#endif
 @group(0) @binding(19) var<storage, read_write> tile_data: array<vec4<u32>>;
 
 // Of src/analyse/reasons.rs.
@@ -22,11 +31,23 @@ const REASON_CONTENT: u32 = 1u;
 const REASON_NO_HISTORY: u32 = 2u;
 const REASON_INVALID: u32 = 3u;
 const REASON_OFF_SCREEN: u32 = 4u;
+const REASON_DISOCCLUDED: u32 = 5u;
+const REASON_MATERIAL: u32 = 6u;
 const REASON_NO_MOTION: u32 = 12u;
 
 // The bits of the furthest depth. Bits of what is not negative are in its order.
 var<workgroup> furthest: atomic<u32>;
 var<workgroup> is_lost: atomic<u32>;
+// Whether a pixel was off the screen, or hidden.
+var<workgroup> is_outside: atomic<u32>;
+var<workgroup> is_hidden: atomic<u32>;
+#ifdef MATERIALS
+// The most smoothness * Rf0.
+var<workgroup> shine: atomic<u32>;
+#endif
+// How the tile moved: the bits of its vector; then where it comes from, as an offset in 1/256 previous pixels.
+var<workgroup> moved: vec2<u32>;
+var<workgroup> shift: vec2<i32>;
 // Log2 of the rate across and down, and the reason.
 var<workgroup> found: vec3<u32>;
 
@@ -40,22 +61,48 @@ fn share_above(value: vec2<u32>, weight: u32) -> vec2<u32> {
         + (((value & vec2<u32>(0xffffu)) * weight + vec2<u32>(0xffffu)) >> vec2<u32>(16u));
 }
 
-fn decide(low: vec2<u32>, high: vec2<u32>, far: f32) -> vec3<u32> {
-    let moved = camera_motion_at(vec2<f32>(low + high) * 0.5, far);
+// Finds how a tile moved, by its furthest depth; the reason if that is not known.
+fn move_tile(low: vec2<u32>, high: vec2<u32>, far: f32) -> u32 {
+    moved = camera_motion_at(vec2<f32>(low + high) * 0.5, far);
+    shift = vec2<i32>(0);
     if is_lost_motion(moved) {
-        return full(REASON_NO_MOTION);
+        return REASON_NO_MOTION;
     }
     let offset = bitcast<vec2<f32>>(moved) * params.offset_scale;
     // a magnitude below 2^23 surely is a number that fits
     if any((bitcast<vec2<u32>>(offset) & vec2<u32>(0x7fffffffu)) >= vec2<u32>(0x4b000000u)) {
+        return REASON_OFF_SCREEN;
+    }
+    shift = (vec2<i32>(floor(offset)) + 1) >> vec2<u32>(1u);
+    return 0u;
+}
+
+// Looks whether a pixel was off the screen, or hidden by something nearer, if it moved as its tile did.
+fn look_back(p: vec2<u32>) {
+    let position = (vec2<i32>(position_of(p)) + shift) >> vec2<u32>(8u);
+    if any(position < vec2<i32>(0)) || any(position >= vec2<i32>(params.previous)) {
+        atomicOr(&is_outside, 1u);
+        return;
+    }
+#ifdef DEPTH
+    let now = inverse_depth(textureLoad(depth, vec2<i32>(p), 0).x);
+    let then = inverse_depth(textureLoad(depth_before, position, 0).x);
+    if was_covered(now, then) {
+        atomicOr(&is_hidden, 1u);
+    }
+#endif
+}
+
+fn decide(low: vec2<u32>, high: vec2<u32>) -> vec3<u32> {
+    if atomicLoad(&is_outside) != 0u {
         return full(REASON_OFF_SCREEN);
+    }
+    if atomicLoad(&is_hidden) != 0u {
+        return full(REASON_DISOCCLUDED);
     }
     let middle = (low + high) * 128u;
-    var position = vec2<i32>(i32(high_product(middle.x << 8u, params.ratio.x)), i32(high_product(middle.y << 8u, params.ratio.y)));
-    position += (vec2<i32>(floor(offset)) + 1) >> vec2<u32>(1u);
-    if any(position < vec2<i32>(0)) || any((position >> vec2<u32>(8u)) >= vec2<i32>(params.previous)) {
-        return full(REASON_OFF_SCREEN);
-    }
+    let position = shift
+        + vec2<i32>(i32(high_product(middle.x << 8u, params.ratio.x)), i32(high_product(middle.y << 8u, params.ratio.y)));
     // between the middles of four tiles
     let tiles = vec2<i32>((params.previous + 15u) / 16u);
     let at = position - 2048;
@@ -76,11 +123,21 @@ fn decide(low: vec2<u32>, high: vec2<u32>, far: f32) -> vec3<u32> {
         // rounded down: to a lower threshold
         light += (data.z * (weight >> 4u)) >> 12u;
     }
-    let index = speeds_of(magnitudes(moved));
-    let speed = Logs(vec4<u32>(index.x), vec4<u32>(index.y));
+    let fast = speeds_of(magnitudes(moved));
+    let speed = Logs(vec4<u32>(fast.x), vec4<u32>(fast.y));
     let sums = Sums(vec4<u32>(errors.x), vec4<u32>(errors.y), vec4<u32>(light));
     let none = vec4<u32>(0u);
-    let logs = legal(logs_of(sums, speed, limits_everywhere(none), limits_everywhere(none)));
+#ifdef MATERIALS
+    let most = atomicLoad(&shine);
+    if most >= params.material_mirror {
+        return full(REASON_MATERIAL);
+    }
+    let places = Places(speed, Logs(none, none), vec4<u32>(most), vec4<u32>(255u));
+    let limits = limits_under(tolerances(low / 2u, places), none);
+#else
+    let limits = limits_everywhere(none);
+#endif
+    let logs = legal(logs_of(sums, speed, limits, limits));
     var rate = vec2<u32>(logs.across.x, logs.down.x);
     let reason = select(REASON_CONTENT, 0u, all(rate == largest()));
     if all(rate == vec2<u32>(2u)) && params.largest != 10u {
@@ -96,6 +153,11 @@ fn tile_rates(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation
     if index == 0u {
         atomicStore(&furthest, select(0u, 0xffffffffu, params.reversed_z != 0u));
         atomicStore(&is_lost, 0u);
+        atomicStore(&is_outside, 0u);
+        atomicStore(&is_hidden, 0u);
+#ifdef MATERIALS
+        atomicStore(&shine, 0u);
+#endif
     }
     workgroupBarrier();
     for (var i = index; i < 256u; i += 64u) {
@@ -110,6 +172,10 @@ fn tile_rates(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation
             } else {
                 atomicMax(&furthest, value);
             }
+#ifdef MATERIALS
+            let surface = textureLoad(materials, vec2<i32>(p), 0).xy;
+            atomicMax(&shine, byte_of(surface.x) * byte_of(surface.y));
+#endif
         }
     }
     workgroupBarrier();
@@ -120,8 +186,21 @@ fn tile_rates(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation
             // without depth there is no motion
             found = full(REASON_NO_MOTION);
         } else {
-            found = decide(low, high, bitcast<f32>(atomicLoad(&furthest)));
+            found = full(move_tile(low, high, bitcast<f32>(atomicLoad(&furthest))));
         }
+    }
+    workgroupBarrier();
+    if found.z == 0u {
+        for (var i = index; i < 256u; i += 64u) {
+            let p = low + vec2<u32>(i & 15u, i >> 4u);
+            if all(p < high) {
+                look_back(p);
+            }
+        }
+    }
+    workgroupBarrier();
+    if index == 0u && found.z == 0u {
+        found = decide(low, high);
     }
     workgroupBarrier();
     let quads = (params.size + 1u) / 2u;

@@ -303,6 +303,12 @@ impl Plan {
                 "the previous frame's rates",
             ),
             (
+                settings.half_rate.is_some_and(|half| half.fast.is_finite()),
+                settings.motion.is_some(),
+                "an extra half rate that is left out in fast motion",
+                "motion-adaptive shading",
+            ),
+            (
                 scene.plain_rates,
                 settings.half_rate.is_some(),
                 "a second image of rates",
@@ -578,10 +584,7 @@ fn effects(scene: &Scene, settings: &Settings) -> Vec<&'static str> {
         ("LADDER", matches!(blur, Some(Blur::Ladder(_)))),
         ("MOTION_ONLY", motion_only),
         ("REPROJECTION", settings.reprojection.is_some()),
-        (
-            "DEPTH",
-            settings.reprojection.is_some() && scene.depth && !settings.is_by_tiles(),
-        ),
+        ("DEPTH", settings.tests_depth() && scene.depth),
         ("MATERIALS", settings.materials.is_some()),
         ("PREVIOUS_RATES", settings.stability != Stability::None),
         ("HALF_RATE", settings.half_rate.is_some() && !motion_only),

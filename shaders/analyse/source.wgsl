@@ -70,6 +70,16 @@ fn is_hidden(now: u32, then: u32) -> bool {
 }
 #endif
 
+#ifdef DEPTH
+// Whether there was something nearer. What is no depth is in doubt.
+fn was_covered(now: u32, then: u32) -> bool {
+    if now == NO_DEPTH || then == NO_DEPTH {
+        return true;
+    }
+    return then > now && is_hidden(now, then);
+}
+#endif
+
 #ifdef CAMERA
 // The bits of a pixel's motion; what does not move with the world stands still.
 fn motion_at(p: vec2<u32>) -> vec2<u32> {

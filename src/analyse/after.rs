@@ -115,6 +115,11 @@ impl Kernel {
 }
 
 impl After {
+    /// How many pipelines there are.
+    pub(super) fn pipeline_count(&self) -> usize {
+        usize::from(self.own.is_some()) + usize::from(self.half.is_some())
+    }
+
     pub(super) fn new(device: &wgpu::Device, plan: &Plan) -> After {
         let own = plan.pass("own.wgsl").map(|pass| {
             let has = |name: &str| pass.effects.contains(&name);

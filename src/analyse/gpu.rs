@@ -196,6 +196,17 @@ impl Analysis {
         }
     }
 
+    /// How many pipelines there are: one for each of the plan's passes.
+    pub fn pipeline_count(&self) -> usize {
+        let optional = [
+            self.tiles.is_some(),
+            self.luma.is_some(),
+            self.smoothing.is_some(),
+        ];
+        let there = optional.into_iter().filter(|&is_there| is_there).count();
+        1 + there + self.after.pipeline_count()
+    }
+
     /// The plan.
     pub fn plan(&self) -> &Plan {
         &self.plan

@@ -111,6 +111,11 @@ pub fn is_hidden(now: u32, before: u32, params: &Params) -> bool {
     now.abs_diff(before) > fixed::mul_high(now.min(before), params.depth_tolerance << 16)
 }
 
+/// Whether there was something nearer before.
+pub fn was_covered(now: u32, before: u32, params: &Params) -> bool {
+    before > now && is_hidden(now, before, params)
+}
+
 impl Params {
     /// The parameters of a frame.
     pub fn new(settings: &Settings, inputs: &Frame) -> Params {

@@ -110,7 +110,8 @@ pub fn source(
         }
         let from =
             ((position[1] >> 8) as u32 * params.previous[0] + (position[0] >> 8) as u32) as usize;
-        if let (Some(depth), Some(before)) = (inputs.depth, inputs.previous_depth) {
+        let before = inputs.previous_depth.filter(|_| settings.tests_depth());
+        if let (Some(depth), Some(before)) = (inputs.depth, before) {
             let now = params::inverse_depth(depth[at], params);
             let then = params::inverse_depth(before[from], params);
             match (now, then) {
@@ -504,8 +505,15 @@ impl<N: Numbers> Stage<'_, N> {
         for tile in (0..high).flat_map(|y| (0..wide).map(move |x| [x, y])) {
             let logs = |window: &N::Window, place: &Place| self.logs(window, place, false);
             let (inputs, params) = (self.inputs, self.params);
-            let (rate, error, reason) =
-                super::tiles::rate(self.numbers, &data, inputs, params, tile, logs);
+            let (rate, error, reason) = super::tiles::rate(
+                self.numbers,
+                &data,
+                inputs,
+                self.settings,
+                params,
+                tile,
+                logs,
+            );
             let reason = match rate == logs_cap(params) {
                 true => Reason::None,
                 false => reason,

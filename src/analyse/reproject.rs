@@ -82,7 +82,13 @@ pub fn camera_motions(
 ///
 /// Row by row, of `inputs.previous_size`; where nothing comes from, the furthest depth, which nothing looks up.
 pub fn depth_before(inputs: &Inputs, settings: &Settings) -> Vec<f32> {
+    let depth = inputs.depth.unwrap_or_default();
+    let vectors = inputs
+        .cameras
+        .filter(|_| inputs.motion.is_none())
+        .map(|cameras| camera_motions(inputs.size, depth, &cameras.now, &cameras.before));
     let inputs = Inputs {
+        motion: vectors.as_deref().or(inputs.motion),
         previous_depth: None,
         ..*inputs
     };
@@ -91,7 +97,7 @@ pub fn depth_before(inputs: &Inputs, settings: &Settings) -> Vec<f32> {
     let [width, height] = inputs.previous_size;
     let furthest: f32 = if is_reversed { 0.0 } else { 1.0 };
     let mut before = vec![furthest; width as usize * height as usize];
-    for (at, &depth) in inputs.depth.unwrap_or_default().iter().enumerate() {
+    for (at, &depth) in depth.iter().enumerate() {
         let (x, y) = (at as u32 % inputs.size[0], at as u32 / inputs.size[0]);
         let Ok(from) = pipeline::source(x, y, &inputs, settings, &params) else {
             continue;

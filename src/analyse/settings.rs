@@ -287,7 +287,8 @@ pub struct Reprojection {
     /// What is fetched.
     pub fetch: Fetch,
     /// Where depth is had, a surface whose inverse depth differs from what was there by more than this share was hidden,
-    /// and is shaded at full rate. Relative, so that the scene's scale does not matter.
+    /// and is shaded at full rate. Relative, so that the scene's scale does not matter. Infinite for no such test: then the previous depth
+    /// is not bound.
     pub tolerance: f64,
     /// Whether depth 1 is near.
     pub reversed_z: bool,
@@ -509,6 +510,12 @@ impl Settings {
             .is_some_and(|reprojection| reprojection.fetch == Fetch::Tile)
     }
 
+    /// Whether what was hidden is told apart by depth.
+    pub fn tests_depth(&self) -> bool {
+        self.reprojection
+            .is_some_and(|reprojection| reprojection.tolerance < f64::INFINITY)
+    }
+
     /// The first effect that looks at pixels one by one, and so cannot be had by tiles.
     pub(crate) fn first_by_pixel(&self) -> Option<&'static str> {
         let content = &self.content;
@@ -524,7 +531,6 @@ impl Settings {
             ),
             (content.norm == Norm::Root, "the mean's root"),
             (self.later_blur || self.lens.is_some(), "a later blur"),
-            (self.materials.is_some(), "material sensitivity"),
             (self.stability != Stability::None, "stability"),
             (self.half_rate.is_some(), "the extra half rate"),
             (self.transparents, "transparents"),

@@ -1,25 +1,28 @@
 //! The stage by tiles of 16×16 pixels, as NVIDIA ships it (GDC 2019, passes 1 and 2), on the CPU: the twin of `shaders/tile_data.wgsl`
 //! and `shaders/tile_rates.wgsl`.
 //!
-//! Does: takes each tile's data of the previous picture, the mean of its quads' windows; finds how a tile moved by the cameras at its
-//! furthest depth ("Find furthest point per tile from z-prepass. Use camera matrices to reproject"); fetches the data there, between the
-//! middles of four tiles; and decides one rate for the tile.
+//! Does: takes each tile's data of the previous picture, the mean of its quads' windows, which are the tile and a border of one pixel;
+//! finds how a tile moved by the cameras at its furthest depth ("Find furthest point per tile from z-prepass. Use camera matrices to
+//! reproject"); fetches the data there, between the middles of four tiles; and decides one rate for the tile, under the tolerance of the
+//! shiniest of its surfaces ("max Smoothness & Rf0").
 //! Needs: [`Fetch::Tile`](super::settings::Fetch), depth and both [`Cameras`](super::Cameras).
-//! Guarantees: what was off the screen, a tile with a depth that is none, and data of a pixel without luma is at full rate. Means are
-//! rounded to fine.
+//! Guarantees: a tile of which a pixel was off the screen, or hidden by something nearer, or has a depth that is none, and data of a
+//! pixel without luma, are at full rate. Means are rounded to fine.
 //! Refuses: nothing here; [`Plan`](crate::plan::Plan) refuses effects that look at pixels one by one.
 //!
-//! It is the cheapest form, 11 to 33 bytes a pixel less than one fetch for each; objects that move by themselves are not seen, and a
-//! surface that was hidden is not told apart: that is what [`Fetch::Pixel`](super::settings::Fetch) is for.
+//! It is the cheapest form, the more so without the depth test ([`Reprojection::tolerance`](super::settings::Reprojection)). All of a
+//! tile is taken to move as what is furthest does: objects that move by themselves are not seen, which is what
+//! [`Fetch::Pixel`](super::settings::Fetch) is for.
 
 use super::{
     fixed,
     inputs::Inputs,
     motion,
-    params::Params,
+    params::{self, Params},
     pipeline::{Logs, Numbers, Place, legal},
     reasons::Reason,
     reproject::motion_of,
+    settings::Settings,
 };
 
 /// The side of a tile in pixels.
@@ -64,9 +67,15 @@ pub(super) fn data<N: Numbers>(numbers: &N, inputs: &Inputs) -> Vec<Data<N::Wind
         .collect()
 }
 
+/// The pixels of a tile, of which the first and the one beyond the last are given.
+fn pixels(low: [u32; 2], high: [u32; 2]) -> impl Iterator<Item = [u32; 2]> {
+    (low[1]..high[1]).flat_map(move |y| (low[0]..high[0]).map(move |x| [x, y]))
+}
+
 /// Where a tile was, and how fast it moves, by the cameras at its furthest depth; positions in 1/256 pixel.
 fn fetch(
     inputs: &Inputs,
+    settings: &Settings,
     params: &Params,
     low: [u32; 2],
     high: [u32; 2],
@@ -74,40 +83,69 @@ fn fetch(
     let (Some(depth), Some(cameras)) = (inputs.depth, inputs.cameras) else {
         return Err(Reason::NoMotion);
     };
+    let at = |[x, y]: [u32; 2]| (y * inputs.size[0] + x) as usize;
     let mut far: Option<f32> = None;
-    for y in low[1]..high[1] {
-        for x in low[0]..high[0] {
-            let value = depth[(y * inputs.size[0] + x) as usize];
-            if !(0.0..=1.0).contains(&value) {
-                return Err(Reason::NoMotion);
-            }
-            far = Some(far.map_or(value, |far| match params.reversed_z != 0 {
-                true => far.min(value),
-                false => far.max(value),
-            }));
+    for pixel in pixels(low, high) {
+        let value = depth[at(pixel)];
+        if !(0.0..=1.0).contains(&value) {
+            return Err(Reason::NoMotion);
         }
+        far = Some(far.map_or(value, |far| match params.reversed_z != 0 {
+            true => far.min(value),
+            false => far.max(value),
+        }));
     }
     let centre = [0, 1].map(|axis: usize| f64::from(low[axis] + high[axis]) / 2.0);
     let to_world = cameras.now.inverse();
-    let depth = far.unwrap_or_default();
-    let moved = motion_of(centre, inputs.size, depth, &to_world, &cameras.before);
+    let far = far.unwrap_or_default();
+    let moved = motion_of(centre, inputs.size, far, &to_world, &cameras.before);
     if moved.iter().any(|component| component.is_nan()) {
         return Err(Reason::NoMotion);
     }
-    let mut position = [0; 2];
+    let mut shift = [0; 2];
     for axis in 0..2 {
         let offset = moved[axis] * params.offset_scale[axis];
         if offset.to_bits() & 0x7fff_ffff >= 0x4b00_0000 {
             return Err(Reason::OffScreen);
         }
-        let middle = (low[axis] + high[axis]) * 128;
-        position[axis] = fixed::mul_high(middle << 8, params.ratio[axis]) as i32
-            + ((offset.floor() as i32 + 1) >> 1);
-        if position[axis] < 0 || position[axis] >> 8 >= params.previous[axis] as i32 {
-            return Err(Reason::OffScreen);
-        }
+        shift[axis] = (offset.floor() as i32 + 1) >> 1;
     }
-    Ok((position, moved))
+    let place = |[x, y]: [u32; 2]| {
+        [0, 1].map(|axis: usize| {
+            fixed::mul_high([x, y][axis] << 8, params.ratio[axis]) as i32 + shift[axis]
+        })
+    };
+    let sources = || {
+        pixels(low, high).map(|pixel| {
+            let [x, y] = place(pixel.map(|side| side * 256 + 128)).map(|at| at >> 8);
+            (pixel, [x, y])
+        })
+    };
+    let is_outside = |[x, y]: [i32; 2]| {
+        let [width, height] = params.previous.map(|side| side as i32);
+        !(0..width).contains(&x) || !(0..height).contains(&y)
+    };
+    if sources().any(|(_, source)| is_outside(source)) {
+        return Err(Reason::OffScreen);
+    }
+    let before = inputs.previous_depth.filter(|_| settings.tests_depth());
+    let was_covered = |(pixel, [x, y]): ([u32; 2], [i32; 2])| {
+        let Some(before) = before else { return false };
+        let from = (y as u32 * params.previous[0] + x as u32) as usize;
+        let now = params::inverse_depth(depth[at(pixel)], params);
+        let then = params::inverse_depth(before[from], params);
+        match (now, then) {
+            (Some(now), Some(then)) => params::was_covered(now, then, params),
+            _ => true,
+        }
+    };
+    if sources().any(was_covered) {
+        return Err(Reason::Disoccluded);
+    }
+    Ok((
+        place([0, 1].map(|axis: usize| (low[axis] + high[axis]) * 128)),
+        moved,
+    ))
 }
 
 /// The rate of a tile before larger rates have had to agree, its error on each axis, and the reason (pass 2). `logs` decides on a window.
@@ -115,13 +153,14 @@ pub(super) fn rate<N: Numbers>(
     numbers: &N,
     data: &[Data<N::Window>],
     inputs: &Inputs,
+    settings: &Settings,
     params: &Params,
     tile: [u32; 2],
     logs: impl Fn(&N::Window, &Place) -> Logs,
 ) -> (Logs, [f64; 2], Reason) {
     let low = tile.map(|at| at * SIDE);
     let high = [0, 1].map(|axis: usize| (low[axis] + SIDE).min(inputs.size[axis]));
-    let (position, moved) = match fetch(inputs, params, low, high) {
+    let (position, moved) = match fetch(inputs, settings, params, low, high) {
         Ok(found) => found,
         Err(reason) => return ([0; 2], [0.0; 2], reason),
     };
@@ -148,7 +187,17 @@ pub(super) fn rate<N: Numbers>(
         }
     }
     let window = numbers.blend(&four);
+    let surfaces = inputs.materials.unwrap_or_default();
+    let shine = pixels(low, high).filter_map(|[x, y]| {
+        let surface = surfaces.get((y * inputs.size[0] + x) as usize)?;
+        Some(u32::from(surface[0]) * u32::from(surface[1]))
+    });
+    let shine = shine.max().unwrap_or_default();
+    if settings.materials.is_some() && shine >= params.material_mirror {
+        return ([0; 2], [0.0; 2], Reason::Material);
+    }
     let place = Place {
+        shine,
         speed: [0, 1].map(|axis: usize| motion::speed_index(moved[axis], params.speed_scale[axis])),
         quad: tile.map(|at| at * 8),
         ..Place::default()

@@ -21,7 +21,7 @@ const ELSEWHERE: &[Elsewhere] = &[
     Elsewhere {
         id: "E18",
         what: "every combination of effects on this driver, byte for byte as its integer twin",
-        file: "tests/analyse.rs",
+        file: "tests/analyse/main.rs",
         test: "the_gpu_makes_the_bytes_of_its_integer_twin",
     },
     Elsewhere {
@@ -77,6 +77,12 @@ const ELSEWHERE: &[Elsewhere] = &[
         what: "rays on this driver, over frames, within six standard errors",
         file: "tests/modes/given.rs",
         test: "rays_are_never_none_and_right_on_average",
+    },
+    Elsewhere {
+        id: "E43",
+        what: "gradients and levels scaled by the rate where that is asked for, held against the author's own: ×1 at 1x1",
+        file: "tests/shapes.rs",
+        test: "detail_follows_the_rate",
     },
     Elsewhere {
         id: "E42",

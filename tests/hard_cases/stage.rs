@@ -4,8 +4,19 @@ use fastrand::Rng;
 use vrcs::{
     Rate,
     analyse::{Colour, Inputs, Output, Settings, exact, integer},
+    build::{BuildOptions, cpu as build, primary::Order},
+    deblock::cpu as deblock,
     sri::Sri,
 };
+
+/// How a frame of a closed loop comes about.
+#[derive(Clone, Copy)]
+pub enum Way {
+    /// Each pixel is its primary's copy.
+    Copies { rotates: bool },
+    /// By the builder's coordinates, and deblocked.
+    Deblocked { rotates: bool },
+}
 
 /// A picture of linear grey by column and row.
 pub fn grey([width, height]: [u32; 2], of: impl Fn(u32, u32) -> f32) -> Vec<[f32; 4]> {
@@ -82,4 +93,49 @@ pub fn shade(
         let (left, top) = (x / w * w + phase % w, y / h * h + phase / 2 % h);
         truth(left.min(width - 1), top.min(height - 1))
     })
+}
+
+/// A frame shaded by the builder's map and deblocked, as a renderer has it.
+pub fn shade_as_built(
+    size: [u32; 2],
+    rates: &Sri,
+    frame: u32,
+    rotates: bool,
+    truth: impl Fn(u32, u32) -> f32,
+) -> Vec<[f32; 4]> {
+    let order = match rotates {
+        true => Order::Rotating(frame),
+        false => Order::Fixed,
+    };
+    let options = BuildOptions {
+        effective: true,
+        ..BuildOptions::default()
+    };
+    let built = build::build_frame(
+        rates,
+        size,
+        &options,
+        &build::Frame {
+            order,
+            ..build::Frame::default()
+        },
+    );
+    let map = built.map();
+    let shaded = grey(size, |x, y| {
+        let primary = map[(y * size[0] + x) as usize];
+        truth(primary % size[0], primary / size[0])
+    });
+    let bytes = built.effective();
+    let pitch = rates.layout().pitch;
+    let effective = Sri::from_fn(size[0], size[1], |x, y| bytes[(y * pitch + x) as usize]);
+    let found = deblock::deblock(&deblock::Scene {
+        extent: size,
+        colors: &shaded,
+        rates: &effective,
+        order: order.code(),
+        depth: None,
+        surfaces: None,
+    });
+    let colors = found.colors.into_iter();
+    colors.map(|color| color.map(|c| c as f32)).collect()
 }

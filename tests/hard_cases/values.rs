@@ -62,7 +62,7 @@ pub const FAMILY: Family = Family {
             name: "black frames, with ambient light and without",
             hazard: "0 ≥ 0: letterboxes at full rate, or NaN",
             bound: "coarse with l > 0; full rate, as Eq. 15 says, with l = 0; alike in both twins, four norms",
-            guard: "is_below is strict; with ≤ black without ambient light would be coarse, and so would be doubt",
+            guard: "is_below is strict; where an error of 0 is below 0, black without ambient light is 2x2 (tried)",
             run: black_frames,
         },
         Case {
@@ -86,7 +86,7 @@ pub const FAMILY: Family = Family {
             name: "pictures of 1e3 to 1e5 units of light",
             hazard: "a sum in 32 bits overflows at 65,536 units: bright tiles wrap to dark",
             bound: "rates are those of the same picture at 1, where white is given; full rate where it is not",
-            guard: "the sum of 16 lumas has 19 bits by construction; doubt above white",
+            guard: "quantise has doubt above white; without it sums overflow where white is not given (tried)",
             run: bright_pictures,
         },
         Case {
@@ -134,7 +134,7 @@ pub const FAMILY: Family = Family {
             name: "smoothness and Rf0 of NaN, ±∞, −1 and 65504 in a float texture on this driver",
             hazard: "the conversion of NaN to an integer is whatever the driver makes of it: a mirror is taken for chalk",
             bound: "no number is the shiniest: 1x1; others are held between 0 and 1",
-            guard: "byte_of in the kernel looks at bits; without that lavapipe makes 0 of NaN",
+            guard: "byte_of in the kernel looks at bits; without that lavapipe makes 0 of NaN, and the mirror's quad is 2x2 (tried)",
             run: materials_that_are_none,
         },
         Case {

@@ -166,10 +166,6 @@ impl GivenFiles {
                 "a stage by tiles moves them by depth and cameras: it needs --matrices in place of --motion",
             ),
             (
-                settings.is_by_tiles() && self.previous_depth.is_some(),
-                "a stage by tiles does not look at --previous-depth",
-            ),
-            (
                 settings.later_blur && self.blur.is_none(),
                 "the settings have a later blur: --blur gives its width",
             ),
@@ -300,8 +296,7 @@ impl Given {
 
     /// Puts together the depth of the frame before, where there is none and it is looked at.
     pub(super) fn complete(&mut self, settings: &Settings, pixels: &Pixels, sizes: [[u32; 2]; 2]) {
-        let is_fetched = settings.reprojection.is_some() && !settings.is_by_tiles();
-        if is_fetched && self.depth.is_some() && self.previous_depth.is_none() {
+        if settings.tests_depth() && self.depth.is_some() && self.previous_depth.is_none() {
             let inputs = self.inputs(sizes, pixels, None);
             self.previous_depth = Some(reproject::depth_before(&inputs, settings));
         }

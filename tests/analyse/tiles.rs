@@ -1,0 +1,139 @@
+//! The stage by tiles of 16×16 pixels.
+
+use fastrand::Rng;
+use vrcs::{
+    Plan, Rate, Scene,
+    analyse::{Cameras, Frame, Reason, integer, settings::*},
+    plan::ColourForm,
+};
+
+use crate::{
+    common,
+    made::{Made, assert_equal},
+};
+
+// cameras without perspective and sides of powers of two: nothing is rounded, so that every byte has to be the twin's
+#[test]
+fn tiles_are_fetched_by_their_furthest_depth_as_in_the_twin() {
+    let gpu = common::gpu();
+    let mut rng = Rng::with_seed(common::seed());
+    let sizes = [
+        [64u32, 32],
+        [16, 16],
+        [128, 64],
+        [32, 8],
+        [8, 64],
+        [256, 16],
+    ];
+    let mut rates = std::collections::BTreeSet::new();
+    let mut reasons = std::collections::BTreeSet::new();
+    for case in 0..20 {
+        let size = sizes[case % sizes.len()];
+        let previous = match rng.u32(..3) {
+            0 => size.map(|side| (side / 2).max(8)),
+            _ => size,
+        };
+        let reversed_z = rng.bool();
+        let mut made = Made::new(size, previous, &mut rng);
+        for (i, depth) in made.depth.iter_mut().enumerate() {
+            *depth = [0.25, 0.5, 0.75][(i / 5 + i / 97) % 3];
+        }
+        if rng.u32(..4) == 0 {
+            let at = rng.usize(..made.depth.len());
+            made.depth[at] = f32::NAN;
+        }
+        // nothing was nearer before than what is furthest now, but for a few pixels, one of which has no depth
+        made.previous_depth
+            .fill(if reversed_z { 0.25 } else { 0.75 });
+        for _ in 0..rng.u32(..4) {
+            let at = rng.usize(..made.previous_depth.len());
+            made.previous_depth[at] = [0.26, 0.5, 0.74, 2.0][rng.usize(..4)];
+        }
+        let now = match reversed_z {
+            true => glam::DMat4::orthographic_rh(-1.0, 1.0, -1.0, 1.0, 8.0, 0.0),
+            false => glam::DMat4::orthographic_rh(-1.0, 1.0, -1.0, 1.0, 0.0, 8.0),
+        };
+        // what is further moves further: a shear
+        let mut shear = glam::DMat4::IDENTITY;
+        let mut sixteenths = |side: u32| f64::from(rng.i32(-32..=32)) / 32.0 / f64::from(side);
+        shear.z_axis.x = sixteenths(size[0]);
+        shear.z_axis.y = sixteenths(size[1]);
+        let scene = Scene {
+            cameras: true,
+            depth: true,
+            flags: rng.bool(),
+            materials: rng.bool(),
+            colour: [ColourForm::Codes, ColourForm::Linear, ColourForm::SqrtLuma][rng.usize(..3)],
+            attachment: true,
+            reasons: true,
+            ..Scene::default()
+        };
+        let settings = Settings {
+            content: Content {
+                norm: [Norm::L2, Norm::L1, Norm::LInf][rng.usize(..3)],
+                form: [Form::Window, Form::Absolute][rng.usize(..2)],
+                threshold: [0.15, 0.03, 0.6][rng.usize(..3)],
+                ..Content::default()
+            },
+            motion: Some(Motion::default()),
+            reprojection: Some(Reprojection {
+                fetch: Fetch::Tile,
+                reversed_z,
+                tolerance: [0.1, f64::INFINITY][rng.usize(..2)],
+                ..Reprojection::default()
+            }),
+            materials: scene.materials.then(|| Materials {
+                mirror: [0.8, 2.0][rng.usize(..2)],
+                ..Materials::default()
+            }),
+            smoothing: [Smoothing::None, Smoothing::Limit, Smoothing::Conservative][rng.usize(..3)],
+            largest: [Rate::R2X2, Rate::R4X2, Rate::R4X4, Rate::R2X4][rng.usize(..4)],
+            ..Settings::default()
+        };
+        let plan = Plan::new(&scene, &settings).expect("a plan");
+        let frame = Frame {
+            previous_size: previous,
+            has_history: rng.u32(..12) > 0,
+            cameras: Some(Cameras {
+                now,
+                before: now * shear,
+            }),
+            ..Frame::of_size(size)
+        };
+        let wanted =
+            integer::analyse(&made.inputs(&plan, &frame), &settings).expect("inputs that fit");
+        let got = made.run(&gpu, &plan, &frame);
+        println!("case {case}: {size:?}");
+        assert_equal(&got, &wanted, &plan);
+        rates.extend(wanted.sri.bytes().iter().copied());
+        reasons.extend(wanted.reasons.iter().copied());
+    }
+    for reason in [Reason::Content, Reason::OffScreen, Reason::Material] {
+        assert!(reasons.contains(&(reason as u8)), "{reason:?}: {reasons:?}");
+    }
+    assert!(rates.len() > 2, "{rates:?} tell nothing");
+}
+
+#[test]
+fn tiles_refuse_what_looks_at_pixels() {
+    let scene = Scene {
+        cameras: true,
+        depth: true,
+        noise: true,
+        ..Scene::default()
+    };
+    let settings = Settings {
+        motion: Some(Motion::default()),
+        reprojection: Some(Reprojection {
+            fetch: Fetch::Tile,
+            ..Reprojection::default()
+        }),
+        half_rate: Some(HalfRate::default()),
+        ..Settings::default()
+    };
+    let error = Plan::new(&scene, &settings).expect_err("noise is of pixels");
+    assert_eq!(
+        error.to_string(),
+        "the extra half rate looks at pixels one by one, and the stage goes by tiles (Fetch::Tile)"
+    );
+}
