@@ -6,6 +6,11 @@ use naga_oil::compose::{
     ComposableModuleDescriptor, Composer, NagaModuleDescriptor, ShaderDefValue, ShaderType,
 };
 
+use crate::{
+    limits::{LimitError, Needs},
+    object::ObjectOptions,
+};
+
 /// Definitions that a kernel's text refers to as `#{NAME}`.
 pub(crate) type Defs<'d> = &'d [(&'d str, u32)];
 
@@ -97,21 +102,71 @@ fn add_module(composer: &mut Composer, module: Source) {
 ///
 /// # Safety
 /// Every loop of the kernel has to end, whatever it reads.
+///
+/// # Errors
+/// If the device has too little for it.
 pub(crate) unsafe fn trusted_module(
     device: &wgpu::Device,
     source: Source,
     defs: Defs,
-) -> wgpu::ShaderModule {
-    let descriptor = wgpu::ShaderModuleDescriptor {
-        label: Some(source.name),
-        source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(compose(source, defs))),
-    };
+) -> Result<wgpu::ShaderModule, LimitError> {
     let checks = wgpu::ShaderRuntimeChecks {
         force_loop_bounding: false,
         ..wgpu::ShaderRuntimeChecks::checked()
     };
+    let descriptor = descriptor(device, source, defs)?;
     // SAFETY: the caller's, as above
-    unsafe { device.create_shader_module_trusted(descriptor, checks) }
+    Ok(unsafe { device.create_shader_module_trusted(descriptor, checks) })
+}
+
+/// Makes a shader module of a kernel, with wgpu's bounds checks on.
+///
+/// # Errors
+/// If the device has too little for it.
+pub(crate) fn shader_module(
+    device: &wgpu::Device,
+    source: Source,
+    defs: Defs,
+) -> Result<wgpu::ShaderModule, LimitError> {
+    Ok(device.create_shader_module(descriptor(device, source, defs)?))
+}
+
+fn descriptor(
+    device: &wgpu::Device,
+    source: Source,
+    defs: Defs,
+) -> Result<wgpu::ShaderModuleDescriptor<'static>, LimitError> {
+    let module = compose(source, defs);
+    Needs::of_kernel(&module).check(device, &format!("the kernel `{}`", source.name))?;
+    Ok(wgpu::ShaderModuleDescriptor {
+        label: Some(source.name),
+        source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(module)),
+    })
+}
+
+/// Makes the pipeline of a kernel's entry point, whose one bind group has a layout.
+pub(crate) fn pipeline(
+    device: &wgpu::Device,
+    layout: &wgpu::BindGroupLayout,
+    module: &wgpu::ShaderModule,
+    entry: &str,
+    compilation_options: wgpu::PipelineCompilationOptions,
+    objects: &ObjectOptions,
+) -> wgpu::ComputePipeline {
+    let label = objects.name(entry);
+    let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some(&label),
+        bind_group_layouts: &[Some(layout)],
+        immediate_size: 0,
+    });
+    device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some(&label),
+        layout: Some(&pipeline_layout),
+        module,
+        entry_point: Some(entry),
+        compilation_options,
+        cache: objects.cache,
+    })
 }
 
 /// Pipelines of kernels that write their workgroup memory before they read it, so that it need not be zeroed first.
@@ -120,18 +175,6 @@ pub(crate) fn compilation_options() -> wgpu::PipelineCompilationOptions<'static>
         zero_initialize_workgroup_memory: false,
         ..wgpu::PipelineCompilationOptions::default()
     }
-}
-
-/// Makes a shader module of a kernel, with wgpu's bounds checks on.
-pub(crate) fn shader_module(
-    device: &wgpu::Device,
-    source: Source,
-    defs: Defs,
-) -> wgpu::ShaderModule {
-    device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some(source.name),
-        source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(compose(source, defs))),
-    })
 }
 
 /// A kernel as a plan tells of it: what is compiled in, and how many resources it binds, counted in the composed module.

@@ -23,10 +23,10 @@
 //!
 //! // each frame
 //! view.write_sri(queue, &rates)?;
-//! view.build(encoder);
+//! view.build(encoder)?;
 //! let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
 //! pass.set_bind_group(0, group, &[]);
-//! light.dispatch(&mut pass, &view);
+//! light.dispatch(&mut pass, &view)?;
 //! # Ok(())
 //! # }
 //! ```
@@ -86,12 +86,15 @@ pub mod deblock;
 pub mod demo;
 pub mod dispatch;
 mod kernel;
+pub mod limits;
 #[cfg(feature = "cli")]
 pub mod metrics;
+mod object;
 pub mod plan;
 pub mod rate;
 #[cfg(feature = "cli")]
 pub mod scenes;
+mod scope;
 pub mod sri;
 #[cfg(feature = "cli")]
 pub mod tradeoff;
@@ -101,6 +104,8 @@ pub mod web;
 
 pub use analyse::{Analyser, AnalyserError};
 pub use dispatch::{Mismatch, Pass, PassError, PassOptions};
+pub use limits::LimitError;
+pub use object::ObjectOptions;
 pub use plan::{Plan, Scene};
 pub use rate::Rate;
 pub use view::{View, ViewError};

@@ -1,146 +1,47 @@
 //! A view: one picture's shading rates, coordinate buffer and parameters, shared by all passes that shade it.
 //!
 //! *Needs*: the caller's device; it is only used to make resources. *Guarantees*: nothing is submitted, polled or waited for;
-//! after the first frame nothing is allocated until the extent outgrows the buffers.
+//! after the first frame nothing is allocated until the extent outgrows the buffers. *Refuses*: what the device has too little for,
+//! and a build whose coverage is not known.
 
-use std::sync::{Mutex, PoisonError};
+mod error;
+mod params;
 
-use bytemuck::{Pod, Zeroable};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use vrcs_passes::options::{Mode, Sky};
 
+pub use error::ViewError;
+use error::{check, check_textures};
+pub use params::Params;
+
 use crate::{
     build::{
-        BuildOptions, CoordLayout, LIST_HEADER, ListLayout,
-        gpu::{BoundBuilder, Buffers, Builder, Sizes},
+        BuildOptions, CoordLayout,
+        gpu::{BoundBuilder, Buffers, Builder},
         primary::Order,
     },
-    coverage::{Contradiction, Textures},
+    coverage::Textures,
     dispatch::bindings::{Bindings, layout_entries},
+    object::ObjectOptions,
+    scope,
     sri::{Sri, SriLayout},
 };
-
-/// The parameters of a rewritten shader, as in its `VrcsParams`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
-#[repr(C)]
-pub struct Params {
-    /// The logical extent, in invocations.
-    pub extent: [u32; 3],
-    /// [`Params::ENABLED`].
-    pub flags: u32,
-    /// What `num_workgroups` would be in the original dispatch.
-    pub groups: [u32; 3],
-    /// Tiles in a row of the picture; quads in a row of the graded buffer.
-    pub tiles_per_row: u32,
-    /// The word at which the entries start.
-    pub entries: u32,
-    /// Words for each tile's entries; in the classified lists, room for tiles in each class.
-    pub entries_per_tile: u32,
-    /// Room for entries in a list.
-    pub capacity: u32,
-    /// Words of an entry of a list.
-    pub stride: u32,
-}
-
-impl Params {
-    /// Variable-rate shading is on; without this flag every invocation shades its own pixel.
-    pub const ENABLED: u32 = 1;
-
-    /// The parameters of a dispatch over what a build made for `built`, which may be larger than the extent.
-    pub fn new(
-        extent: [u32; 3],
-        enabled: bool,
-        original_group_size: [u32; 3],
-        mode: Mode,
-        built: [u32; 2],
-        options: &BuildOptions,
-    ) -> Params {
-        let layout = CoordLayout::new(built, options);
-        let lists = ListLayout::new(built, options);
-        let (tiles_per_row, entries, entries_per_tile) = match mode {
-            Mode::Tiled => (layout.tiles[0], layout.entries, layout.entries_per_tile),
-            Mode::List => (layout.tiles[0], LIST_HEADER, 0),
-            Mode::Classified => (layout.tiles[0], lists.mixed(), lists.tiles),
-            Mode::Graded | Mode::Auto => (lists.graded_pitch, 0, 0),
-        };
-        Params {
-            extent,
-            flags: match enabled {
-                true => Params::ENABLED,
-                false => 0,
-            },
-            groups: std::array::from_fn(|axis| {
-                extent[axis].div_ceil(original_group_size[axis].max(1))
-            }),
-            tiles_per_row,
-            entries,
-            entries_per_tile,
-            capacity: lists.capacity,
-            stride: lists.stride,
-        }
-    }
-}
-
-/// Why a view could not be made or changed.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum ViewError {
-    /// There is nothing to shade.
-    #[error("the extent {0:?} has no pixels")]
-    Empty([u32; 3]),
-    /// A buffer would be larger than the device allows.
-    #[error(
-        "a view of {extent:?} needs a buffer of {bytes} bytes; the device binds at most {limit}"
-    )]
-    TooLarge {
-        /// The extent.
-        extent: [u32; 3],
-        /// The bytes needed.
-        bytes: u64,
-        /// The device's limit.
-        limit: u64,
-    },
-    /// More workgroups on one axis than the device dispatches.
-    #[error(
-        "a view of {extent:?} needs {groups} workgroups on one axis; the device dispatches at most {limit}"
-    )]
-    TooManyGroups {
-        /// The extent.
-        extent: [u32; 3],
-        /// The workgroups needed.
-        groups: u32,
-        /// The device's limit.
-        limit: u32,
-    },
-    /// The options cannot be.
-    #[error("{0}")]
-    Options(&'static str),
-    /// What the scene is said to have cannot be.
-    #[error(transparent)]
-    Coverage(#[from] Contradiction),
-    /// A texture that the coverage declares was not given.
-    #[error("coverage is declared by a texture that was not given: {0}")]
-    MissingTexture(&'static str),
-    /// The shading-rate image is of another size.
-    #[error("the shading-rate image is {got:?} quads; the view is {wanted:?}")]
-    WrongSri {
-        /// The image's size.
-        got: [u32; 2],
-        /// The view's size.
-        wanted: [u32; 2],
-    },
-}
 
 /// One picture's shading rates and what is built from them.
 #[derive(Debug)]
 pub struct View {
     device: wgpu::Device,
+    label: String,
     extent: [u32; 3],
     enabled: bool,
     order: Order,
     layout: CoordLayout,
-    builder: Builder,
+    builder: Arc<Builder>,
     buffers: Buffers,
+    generation: u64,
+    /// Workgroups that the device dispatches on an axis.
+    most_groups: u32,
     /// Nothing until the textures of declared coverage are known.
     bound: Option<BoundBuilder>,
     params: Mutex<Vec<ParamsFor>>,
@@ -160,28 +61,78 @@ impl View {
     /// Makes a view of an extent: the original dispatch's invocations, or the part of them that shows.
     ///
     /// # Errors
-    /// If the extent is empty or too large for the device.
+    /// If the extent is empty or too large for the device, the options cannot be, or the device has too little for the kernels.
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         extent: [u32; 3],
         options: BuildOptions,
     ) -> Result<View, ViewError> {
-        let layout = check(device, extent, &options)?;
-        let builder = Builder::new(device, options);
-        let [width, height, _] = extent;
-        let buffers = Buffers::new(device, &options, [width, height]);
+        View::with(device, queue, extent, options, &ObjectOptions::default())
+    }
+
+    /// The same, with a name for captures and the caller's cache of pipelines.
+    ///
+    /// # Errors
+    /// As [`View::new`].
+    pub fn with(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        extent: [u32; 3],
+        options: BuildOptions,
+        objects: &ObjectOptions,
+    ) -> Result<View, ViewError> {
+        check(device, extent, &options)?;
+        let builder = Arc::new(Builder::new(device, options, objects)?);
+        View::of_builder(device, queue, extent, builder, objects)
+    }
+
+    /// Makes another view with this one's options, by the same pipelines: the second half of a split screen, the other eye of a
+    /// headset. The two share nothing else.
+    ///
+    /// # Errors
+    /// As [`View::new`].
+    pub fn another(
+        &self,
+        queue: &wgpu::Queue,
+        extent: [u32; 3],
+        label: &str,
+    ) -> Result<View, ViewError> {
+        check(&self.device, extent, self.options())?;
+        let (device, builder) = (&self.device, Arc::clone(&self.builder));
+        View::of_builder(
+            device,
+            queue,
+            extent,
+            builder,
+            &ObjectOptions::labelled(label),
+        )
+    }
+
+    fn of_builder(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        extent: [u32; 3],
+        builder: Arc<Builder>,
+        objects: &ObjectOptions,
+    ) -> Result<View, ViewError> {
+        let options = builder.options();
+        let size = [extent[0], extent[1]];
+        let buffers = Buffers::new(device, options, size, objects);
         let bound = builder.bind(device, &buffers, &Textures::default());
         let view = View {
-            device: device.clone(),
+            label: objects.label.unwrap_or("vrcs").to_owned(),
             extent,
             enabled: true,
             order: Order::Fixed,
-            layout,
+            layout: CoordLayout::new(size, options),
             builder,
             buffers,
+            generation: 0,
+            most_groups: device.limits().max_compute_workgroups_per_dimension,
             bound,
             params: Mutex::default(),
+            device: device.clone(),
         };
         view.write_build_params(queue);
         Ok(view)
@@ -202,57 +153,66 @@ impl View {
     /// Gives the textures that the coverage declares; to be called again whenever a texture or the extent changes.
     ///
     /// # Errors
-    /// If a declared texture is missing.
+    /// If a declared texture is missing, too small or not what was declared; the view then stays as it is.
     pub fn cover(&mut self, queue: &wgpu::Queue, textures: &Textures) -> Result<(), ViewError> {
-        let coverage = &self.builder.options().coverage;
-        let missing = [
-            ("triangles", coverage.triangles, textures.triangles),
-            ("surfaces", coverage.surfaces, textures.surfaces),
-            ("depth", coverage.depth.is_some(), textures.depth),
-        ]
-        .into_iter()
-        .find(|(_, declared, given)| *declared && given.is_none())
-        .map_or("normals", |(name, ..)| name);
-        let bound = self.builder.bind(&self.device, &self.buffers, textures);
-        self.bound = Some(bound.ok_or(ViewError::MissingTexture(missing))?);
+        check_textures(self.builder.options(), textures, self.extent)?;
+        let bind = || self.builder.bind(&self.device, &self.buffers, textures);
+        let bound = scope::caught(&self.device, bind);
+        let bound = bound.map_err(|error| ViewError::Refused(scope::in_words(&error)))?;
+        self.bound = Some(bound.ok_or(ViewError::Uncovered)?);
         self.write_build_params(queue);
         Ok(())
     }
 
-    /// Lets the primaries rotate: which pixel of a group is shaded follows the frame's number (the slides' "Rotating Pixels").
-    /// To be called before each frame's build.
-    pub fn rotate(&mut self, queue: &wgpu::Queue, frame: u32) {
+    /// Lets the primaries rotate: which pixel of a group is shaded follows the frame's number (the slides' "Rotating Pixels"). Holds for
+    /// builds that are recorded from now on. Uploads nothing.
+    pub fn rotate(&mut self, frame: u32) {
         self.order = Order::Rotating(frame);
-        self.write_build_params(queue);
+    }
+
+    /// Which pixel of a group is shaded: what a [deblocker](crate::deblock::Deblocker::set_frame) has to know.
+    pub fn order(&self) -> Order {
+        self.order
     }
 
     fn write_build_params(&self, queue: &wgpu::Queue) {
         if let Some(bound) = &self.bound {
-            self.builder.set(queue, bound, self.extent, self.order);
+            self.builder.set(queue, bound, self.extent);
         }
     }
 
-    /// Changes the extent for what is submitted from now on. Buffers grow if they have to. Where coverage is declared, its
-    /// textures have to be [given](View::cover) again.
+    /// Changes the extent for what is submitted from now on. Where coverage is declared, its textures have to be
+    /// [given](View::cover) again: until then, a build is refused.
+    ///
+    /// Buffers that are too small are made anew. Then [`generation`](View::generation) is another, and what holds the old ones has to be
+    /// bound again: an [`Analyser`](crate::Analyser) and a [deblocker](crate::deblock::Bound) refuse to go on, bind groups of the caller's
+    /// own cannot.
     ///
     /// # Errors
     /// If the extent is empty or too large for the device; the view then stays as it is.
     pub fn set_extent(&mut self, queue: &wgpu::Queue, extent: [u32; 3]) -> Result<(), ViewError> {
+        if extent == self.extent {
+            return Ok(());
+        }
         let options = *self.builder.options();
-        let layout = check(&self.device, extent, &options)?;
+        check(&self.device, extent, &options)?;
         let size = [extent[0], extent[1]];
-        if !self.buffers.fit(&options, size) {
-            self.buffers = Buffers::new(&self.device, &options, size);
-            self.bound = self
-                .builder
-                .bind(&self.device, &self.buffers, &Textures::default());
+        let fit = self.buffers.fit(&options, size);
+        if !fit {
+            let objects = ObjectOptions::labelled(&self.label);
+            self.buffers = Buffers::new(&self.device, &options, size, &objects);
+            self.generation += 1;
             self.params
                 .get_mut()
                 .unwrap_or_else(PoisonError::into_inner)
                 .clear();
         }
+        if !fit || !options.coverage.is_empty() {
+            let bind = |textures| self.builder.bind(&self.device, &self.buffers, textures);
+            self.bound = bind(&Textures::default());
+        }
         self.extent = extent;
-        self.layout = layout;
+        self.layout = CoordLayout::new(size, &options);
         self.write_build_params(queue);
         self.write_params(queue);
         Ok(())
@@ -356,27 +316,47 @@ impl View {
 
     /// Records the build of the coordinate buffer from the shading rates.
     ///
-    /// # Panics
-    /// If coverage is declared, and its textures were not [given](View::cover).
-    pub fn build(&self, encoder: &mut wgpu::CommandEncoder) {
+    /// # Errors
+    /// [`ViewError::Uncovered`] if coverage is declared, and its textures were not [given](View::cover) since the extent changed; nothing is
+    /// recorded then.
+    pub fn build(&self, encoder: &mut wgpu::CommandEncoder) -> Result<(), ViewError> {
+        self.covered()?;
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some("vrcs build"),
             timestamp_writes: None,
         });
-        self.build_in(&mut pass);
+        self.build_in(&mut pass)
     }
 
-    /// Records the build into a compute pass of the caller's.
+    /// Records the build into a compute pass of the caller's. Sets pipelines and bind group 0.
     ///
-    /// # Panics
-    /// If coverage is declared, and its textures were not [given](View::cover).
-    pub fn build_in(&self, pass: &mut wgpu::ComputePass) {
+    /// # Errors
+    /// As [`View::build`].
+    pub fn build_in(&self, pass: &mut wgpu::ComputePass) -> Result<(), ViewError> {
         let _span = tracing::trace_span!("vrcs build").entered();
-        let Some(bound) = &self.bound else {
-            panic!("the view's coverage declares textures: give them with `View::cover` first");
-        };
+        let bound = self.covered()?;
         let [width, height, _] = self.extent;
-        self.builder.record(pass, bound, [width, height]);
+        self.builder
+            .record(pass, bound, [width, height], self.order);
+        Ok(())
+    }
+
+    fn covered(&self) -> Result<&BoundBuilder, ViewError> {
+        self.bound.as_ref().ok_or(ViewError::Uncovered)
+    }
+
+    pub(crate) fn device(&self) -> &wgpu::Device {
+        &self.device
+    }
+
+    pub(crate) fn most_groups(&self) -> u32 {
+        self.most_groups
+    }
+
+    /// Counts how often the buffers were made anew: bind groups of the caller's own that hold [`View::sri`], [`View::effective`] or a pass's
+    /// [`Bindings`] have to be made anew, too, when this is another than it was.
+    pub fn generation(&self) -> u64 {
+        self.generation
     }
 
     /// The layout of a bind group for the added bindings alone, the parameters' number being `first`.
@@ -431,7 +411,7 @@ impl View {
             first,
         };
         let group = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("vrcs"),
+            label: Some(&self.label),
             layout: &View::bind_group_layout(&self.device, first),
             entries: &bindings.entries(),
         });
@@ -459,7 +439,7 @@ impl View {
             self.builder.options(),
         );
         let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("vrcs params"),
+            label: Some(&format!("{} params", self.label)),
             size: size_of::<Params>() as u64,
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: true,
@@ -492,65 +472,5 @@ impl View {
             Sky::Shade => 12,
         };
         Some((buffer, of_mode + of_sky))
-    }
-}
-
-/// Looks for options that no kernel can be made for.
-fn check_options(options: &BuildOptions) -> Result<(), ViewError> {
-    let [width, height] = options.tile;
-    if width == 0 || height == 0 || width > 256 || height > 256 || width * height > 256 {
-        return Err(ViewError::Options("a tile has 1 to 256 pixels"));
-    }
-    if options.for_tile(options.tile).largest != options.largest {
-        return Err(ViewError::Options(
-            "groups of the largest rate would lie across the edges of tiles of this size: let `BuildOptions::for_tile` choose it",
-        ));
-    }
-    if options.is_odd() && (options.effective || options.modes.graded) {
-        return Err(ViewError::Options(
-            "effective rates and the graded buffer are by quads, which tiles with an odd side do not have: use another view for them",
-        ));
-    }
-    if !options.wave.is_power_of_two() || options.wave > 128 {
-        return Err(ViewError::Options("a wave has 1, 2, 4 … 128 invocations"));
-    }
-    Ok(options.coverage.check()?)
-}
-
-fn check(
-    device: &wgpu::Device,
-    extent: [u32; 3],
-    options: &BuildOptions,
-) -> Result<CoordLayout, ViewError> {
-    if extent.contains(&0) {
-        return Err(ViewError::Empty(extent));
-    }
-    check_options(options)?;
-    let limits = device.limits();
-    let groups = [
-        extent[0].div_ceil(options.tile[0]),
-        extent[1].div_ceil(options.tile[1]),
-        extent[2],
-    ];
-    let limit = limits.max_compute_workgroups_per_dimension;
-    if let Some(&groups) = groups.iter().find(|&&groups| groups > limit) {
-        return Err(ViewError::TooManyGroups {
-            extent,
-            groups,
-            limit,
-        });
-    }
-    let layout = CoordLayout::new([extent[0], extent[1]], options);
-    let bytes = Sizes::new(options, [extent[0], extent[1]]).largest();
-    let limit = limits
-        .max_storage_buffer_binding_size
-        .min(limits.max_buffer_size);
-    match bytes > limit {
-        true => Err(ViewError::TooLarge {
-            extent,
-            bytes,
-            limit,
-        }),
-        false => Ok(layout),
     }
 }

@@ -102,13 +102,16 @@ fn run(gpu: &Gpu, attacher: &Attacher, sri: &Sri, size: [u32; 2]) -> (Vec<u8>, V
         &vec![0; layout.bytes() as usize],
         wgpu::BufferUsages::STORAGE,
     );
-    let bound = attacher.bind(&gpu.device, &rates, &buffer);
-    attacher.set_size(&gpu.queue, &bound, size);
+    let mut bound = attacher
+        .bind(&gpu.device, &rates, &buffer)
+        .expect("storage buffers");
+    attacher
+        .set_size(&gpu.queue, &mut bound, size)
+        .expect("buffers of that size");
     let mut encoder = gpu.encoder();
     attacher.record(
         &mut encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default()),
         &bound,
-        size,
     );
     layout.copy_to_texture(&mut encoder, &buffer, &texture);
     encoder.copy_texture_to_buffer(
@@ -135,7 +138,7 @@ fn the_gpu_makes_the_bytes_of_its_cpu_twin_and_they_copy_to_a_texture() {
     let mut rng = Rng::with_seed(common::seed());
     for tile in Tile::ALL {
         for options in options(tile) {
-            let attacher = Attacher::new(&gpu.device, options.clone());
+            let attacher = Attacher::new(&gpu.device, options.clone()).expect("a device for it");
             for (case, size) in SIZES.into_iter().enumerate() {
                 let sri = image(size, case as u32 + rng.u32(..3), &mut rng);
                 let wanted = attach(&sri, size, &options);

@@ -72,7 +72,7 @@ fn hold(
     frame: &Frame,
 ) -> Coordinates {
     let twin = cpu::build_frame(sri, extent, &options, frame);
-    let builder = gpu.builder(options);
+    let builder = gpu.builder(options).expect("a device for it");
     let built = build_on(gpu, &builder, sri, frame.samples, &twin, 2).expect("a build");
     if let Err(difference) = compare(&twin, &built) {
         panic!("{extent:?} {options:?} {:?}: {difference:?}", frame.order);
@@ -310,7 +310,7 @@ fn half_the_size_goes_by_a_chosen_sample() {
             let poison = vec![0xa5; coords.size() as usize];
             gpu.queue.write_buffer(coords, 0, &poison);
             let mut encoder = gpu.encoder();
-            view.build(&mut encoder);
+            view.build(&mut encoder).expect("covered");
             let read = gpu
                 .submit_and_read(encoder, &[coords, list, arguments])
                 .expect("what was built");

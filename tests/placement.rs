@@ -77,9 +77,9 @@ fn draw(
         wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
     );
     let zeros = gpu.buffer("zeros", &[0; 16], wgpu::BufferUsages::UNIFORM);
-    let added = pass.bindings(&view);
+    let added = pass.bindings(&view).expect("a view for it");
     let mut encoder = gpu.encoder();
-    view.build(&mut encoder);
+    view.build(&mut encoder).expect("no coverage");
     {
         let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         for group in 0..4 {
@@ -105,7 +105,7 @@ fn draw(
             });
             compute.set_bind_group(group, &bind_group, &[]);
         }
-        pass.dispatch(&mut compute, &view);
+        pass.dispatch(&mut compute, &view).expect("a view for it");
     }
     let bytes = gpu
         .submit_and_read(encoder, &[&picture])

@@ -21,7 +21,7 @@ fn render(gpu: &Gpu, stage: &Stage, number: u32, seed: u32, view: Option<&View>)
     );
     let mut encoder = gpu.encoder();
     if let Some(view) = view {
-        view.build(&mut encoder);
+        view.build(&mut encoder).expect("covered");
     }
     {
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());

@@ -210,16 +210,17 @@ impl Renderer {
             pass.dispatch_workgroups(SIZE[0].div_ceil(8), SIZE[1].div_ceil(8), 1);
 
             let frame = Frame::numbered(SIZE, number);
-            self.analyser.record(&gpu.queue, &mut pass, &frame);
-            self.inner.build_in(&mut pass);
-            self.outer.build_in(&mut pass);
+            self.analyser
+                .record(&gpu.queue, &mut pass, &self.inner, &frame)?;
+            self.inner.build_in(&mut pass)?;
+            self.outer.build_in(&mut pass)?;
             for (shaded, view) in [
                 (&self.occlude, &self.inner),
                 (&self.light, &self.inner),
                 (&self.composite, &self.outer),
             ] {
                 pass.set_bind_group(0, &shaded.group, &[]);
-                shaded.pass.dispatch(&mut pass, view);
+                shaded.pass.dispatch(&mut pass, view)?;
             }
             if is_variable {
                 self.deblocker.record_in(&mut pass, &self.deblocked);

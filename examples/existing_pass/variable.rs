@@ -14,10 +14,10 @@ pub fn light(renderer: &Renderer, frames: u32) -> Outcome {
     for frame in 0..frames {
         let mut encoder = renderer.begin_frame(frame);
         let mut pass = encoder.begin_compute_pass(&Default::default());
-        analyser.record(queue, &mut pass, &Frame::numbered(size, frame));
-        view.build_in(&mut pass);
+        analyser.record(queue, &mut pass, &view, &Frame::numbered(size, frame))?;
+        view.build_in(&mut pass)?;
         pass.set_bind_group(0, &renderer.group, &[]);
-        lighting.dispatch(&mut pass, &view);
+        lighting.dispatch(&mut pass, &view)?;
         drop(pass);
         renderer.end_frame(encoder);
     }

@@ -74,15 +74,15 @@ fn main() -> Outcome {
             support,
             samples: Samples::X1,
         };
-        let attacher = Attacher::new(device, options);
+        let attacher = Attacher::new(device, options)?;
         let image = attacher.buffer(device, SIZE);
-        let bound = attacher.bind(device, drawn.sri(), &image);
-        attacher.set_size(&gpu.queue, &bound, SIZE);
+        let mut bound = attacher.bind(device, drawn.sri(), &image)?;
+        attacher.set_size(&gpu.queue, &mut bound, SIZE)?;
 
         let mut encoder = gpu.encoder();
         let mut pass = encoder.begin_compute_pass(&Default::default());
-        analyser.record(&gpu.queue, &mut pass, &Frame::of_size(SIZE));
-        attacher.record(&mut pass, &bound, SIZE);
+        analyser.record(&gpu.queue, &mut pass, &view, &Frame::of_size(SIZE))?;
+        attacher.record(&mut pass, &bound);
         drop(pass);
         // in a renderer: `layout.copy_to_texture(&mut encoder, &image, &attachment)`
         gpu.submit(encoder);

@@ -62,9 +62,9 @@ fn main() -> Outcome {
             .write_buffer(&frame, 0, bytemuck::cast_slice(&words));
         let mut encoder = gpu.encoder();
         let mut pass = encoder.begin_compute_pass(&Default::default());
-        view.build_in(&mut pass);
+        view.build_in(&mut pass)?;
         pass.set_bind_group(0, &group, &[]);
-        rays.dispatch(&mut pass, &view);
+        rays.dispatch(&mut pass, &view)?;
         drop(pass);
         gpu.submit(encoder);
         let counts = gpu.read(&fired)?;

@@ -7,13 +7,16 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::{
-    gpu::{MissingResource, Resources, kind, layout_of, pipeline_of},
+    gpu::{kind, layout_of, pipeline_of},
     half::{self, HalfResolution},
     inputs::Frame,
     own,
+    resources::{BindError, Resources, given},
 };
 use crate::{
     kernel::shader,
+    limits::LimitError,
+    object::ObjectOptions,
     plan::{Binding, Plan},
     sri::SriLayout,
 };
@@ -64,7 +67,8 @@ impl Kernel {
         defs: &[(&str, u32)],
         entry: &str,
         bindings: Vec<(u32, Binding)>,
-    ) -> Kernel {
+        objects: &ObjectOptions,
+    ) -> Result<Kernel, LimitError> {
         let colour = plan.scene.colour;
         let params = (0, kind(Binding::Params, colour));
         let is_half = bindings.iter().any(|&(_, b)| b == Binding::HalfRates);
@@ -73,13 +77,13 @@ impl Kernel {
             Binding::Rates if is_half => (at, kind(Binding::PreviousRates, colour)),
             _ => (at, kind(binding, colour)),
         });
-        let layout = layout_of(device, std::iter::once(params).chain(others));
-        let pipeline = pipeline_of(device, &layout, source, defs, entry);
-        Kernel {
+        let entries = std::iter::once(params).chain(others);
+        let layout = layout_of(device, entries, &objects.name(entry));
+        Ok(Kernel {
+            pipeline: pipeline_of(device, &layout, source, defs, entry, objects)?,
             layout,
-            pipeline,
             bindings,
-        }
+        })
     }
 
     fn bind(
@@ -87,9 +91,10 @@ impl Kernel {
         device: &wgpu::Device,
         bytes: usize,
         resources: Resources,
-    ) -> Result<BoundKernel, MissingResource> {
+        label: &str,
+    ) -> Result<BoundKernel, BindError> {
         let params = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("vrcs analyse"),
+            label: Some(label),
             size: bytes as u64,
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
@@ -99,14 +104,13 @@ impl Kernel {
             resource: params.as_entire_binding(),
         }];
         for &(at, binding) in &self.bindings {
-            let found = resources.iter().find(|(given, _)| *given == binding);
             entries.push(wgpu::BindGroupEntry {
                 binding: at,
-                resource: found.ok_or(MissingResource(binding))?.1.clone(),
+                resource: given(resources, binding)?,
             });
         }
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("vrcs analyse"),
+            label: Some(label),
             layout: &self.layout,
             entries: &entries,
         });
@@ -120,7 +124,11 @@ impl After {
         usize::from(self.own.is_some()) + usize::from(self.half.is_some())
     }
 
-    pub(super) fn new(device: &wgpu::Device, plan: &Plan) -> After {
+    pub(super) fn new(
+        device: &wgpu::Device,
+        plan: &Plan,
+        objects: &ObjectOptions,
+    ) -> Result<After, LimitError> {
         let own = plan.pass("own.wgsl").map(|pass| {
             let has = |name: &str| pass.effects.contains(&name);
             let all = [
@@ -140,6 +148,7 @@ impl After {
                 &defs,
                 "own_rates",
                 bindings,
+                objects,
             )
         });
         let half = plan.settings.half_resolution.map(|kind| {
@@ -155,29 +164,31 @@ impl After {
                 defs,
                 "half_resolution",
                 bindings,
+                objects,
             )
         });
-        After {
-            own,
-            half,
+        Ok(After {
+            own: own.transpose()?,
+            half: half.transpose()?,
             has_plain: plan.bindings.contains(&Binding::PlainRates),
-        }
+        })
     }
 
     pub(super) fn bind(
         &self,
         device: &wgpu::Device,
         resources: Resources,
-    ) -> Result<BoundAfter, MissingResource> {
+        label: &str,
+    ) -> Result<BoundAfter, BindError> {
         let bind = |kernel: &Option<Kernel>, bytes| {
             let kernel = kernel.as_ref();
             kernel
-                .map(|kernel| kernel.bind(device, bytes, resources))
+                .map(|kernel| kernel.bind(device, bytes, resources, label))
                 .transpose()
         };
         let mut own = Vec::new();
         if let Some(kernel) = &self.own {
-            own.push(kernel.bind(device, size_of::<own::Params>(), resources)?);
+            own.push(kernel.bind(device, size_of::<own::Params>(), resources, label)?);
             // the same kernel over the other rates
             let plain = resources
                 .iter()
@@ -186,7 +197,7 @@ impl After {
                 let others = resources.iter().filter(|given| given.0 != Binding::Rates);
                 let rates = (Binding::Rates, plain.clone());
                 let all: Vec<_> = others.cloned().chain([rates]).collect();
-                own.push(kernel.bind(device, size_of::<own::Params>(), &all)?);
+                own.push(kernel.bind(device, size_of::<own::Params>(), &all, label)?);
             }
         }
         Ok(BoundAfter {

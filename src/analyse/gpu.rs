@@ -3,19 +3,27 @@
 //! *Needs*: the caller's device, textures and buffers; default limits suffice. *Guarantees*: the words of
 //! [`integer`](super::integer), on every driver; nothing is compiled, bound or dispatched that the plan does not have.
 
+use std::sync::{Mutex, PoisonError};
+
 use bytemuck::{Pod, Zeroable};
 
+pub use super::resources::{BindError, Resources};
 use super::{
     after::{After, BoundAfter},
-    inputs::Frame,
+    analyser::AnalyserError,
+    inputs::{Frame, FrameError},
     optics::Optics,
     params::{self, Params},
+    resources::{self, Room, given},
     settings::Smoothing,
     tiles,
 };
 use crate::{
     kernel::{self, shader},
+    limits::LimitError,
+    object::ObjectOptions,
     plan::{Binding, ColourForm, Plan},
+    scope,
     sri::SriLayout,
 };
 
@@ -23,6 +31,7 @@ use crate::{
 #[derive(Debug)]
 pub struct Analysis {
     plan: Plan,
+    label: String,
     layout: wgpu::BindGroupLayout,
     pipeline: wgpu::ComputePipeline,
     tiles: Option<wgpu::ComputePipeline>,
@@ -37,14 +46,6 @@ struct SmoothKernel {
     pipeline: wgpu::ComputePipeline,
 }
 
-/// The caller's resources, one for each [`Binding`] that the plan has; parameters and tables are the analysis's own.
-pub type Resources<'a> = &'a [(Binding, wgpu::BindingResource<'a>)];
-
-/// A binding that the plan has and the caller did not give.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the plan binds {}, which is not given", .0.name())]
-pub struct MissingResource(pub Binding);
-
 /// An analysis bound to resources.
 #[derive(Debug)]
 pub struct BoundAnalysis {
@@ -56,6 +57,9 @@ pub struct BoundAnalysis {
     /// One for each of `smooth`, and whether reasons are those of its rates.
     smooth_params: Vec<(wgpu::Buffer, bool)>,
     after: BoundAfter,
+    rooms: Vec<(Binding, Room)>,
+    /// The frame whose parameters are there.
+    set: Mutex<Option<Frame>>,
 }
 
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -105,6 +109,7 @@ pub(super) fn kind(binding: Binding, colour: ColourForm) -> wgpu::BindingType {
 pub(super) fn layout_of(
     device: &wgpu::Device,
     entries: impl Iterator<Item = (u32, wgpu::BindingType)>,
+    label: &str,
 ) -> wgpu::BindGroupLayout {
     let entries: Vec<wgpu::BindGroupLayoutEntry> = entries
         .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
@@ -115,7 +120,7 @@ pub(super) fn layout_of(
         })
         .collect();
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("vrcs analyse"),
+        label: Some(label),
         entries: &entries,
     })
 }
@@ -126,74 +131,87 @@ pub(super) fn pipeline_of(
     source: kernel::Source,
     defs: kernel::Defs,
     entry: &str,
-) -> wgpu::ComputePipeline {
+    objects: &ObjectOptions,
+) -> Result<wgpu::ComputePipeline, LimitError> {
     // SAFETY: no loop of these kernels has more rounds than a constant says
-    let module = unsafe { kernel::trusted_module(device, source, defs) };
-    let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some(source.name),
-        bind_group_layouts: &[Some(layout)],
-        immediate_size: 0,
-    });
-    device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some(source.name),
-        layout: Some(&pipeline_layout),
-        module: &module,
-        entry_point: Some(entry),
-        compilation_options: kernel::compilation_options(),
-        cache: None,
-    })
+    let module = unsafe { kernel::trusted_module(device, source, defs) }?;
+    let unzeroed = kernel::compilation_options();
+    Ok(kernel::pipeline(
+        device, layout, &module, entry, unzeroed, objects,
+    ))
+}
+
+impl SmoothKernel {
+    fn new(
+        device: &wgpu::Device,
+        plan: &Plan,
+        objects: &ObjectOptions,
+    ) -> Result<SmoothKernel, LimitError> {
+        let mut kinds = vec![Binding::Params, Binding::Tables, Binding::Rates];
+        let mut defs = Vec::new();
+        if plan.settings.smoothing == Smoothing::Conservative {
+            defs.push(("CONSERVATIVE", 1));
+        }
+        if plan.bindings.contains(&Binding::Reasons) {
+            kinds.push(Binding::Reasons);
+            defs.push(("REASONS", 1));
+        }
+        let colour = plan.scene.colour;
+        let kinds = kinds.into_iter().map(|binding| kind(binding, colour));
+        let layout = layout_of(device, (0..).zip(kinds), &objects.name("smooth"));
+        let source = shader!("smooth.wgsl");
+        let pipeline = pipeline_of(device, &layout, source, &defs, "smooth_words", objects)?;
+        Ok(SmoothKernel { layout, pipeline })
+    }
 }
 
 impl Analysis {
     /// Makes the pipelines of a plan.
-    pub fn new(device: &wgpu::Device, plan: &Plan) -> Analysis {
+    ///
+    /// # Errors
+    /// If the device has too little for them.
+    pub fn new(device: &wgpu::Device, plan: &Plan) -> Result<Analysis, AnalyserError> {
+        Analysis::with(device, plan, &ObjectOptions::default())
+    }
+
+    /// The same, with a name for captures and the caller's cache of pipelines.
+    ///
+    /// # Errors
+    /// As [`Analysis::new`].
+    pub fn with(
+        device: &wgpu::Device,
+        plan: &Plan,
+        objects: &ObjectOptions,
+    ) -> Result<Analysis, AnalyserError> {
+        plan.within(device.limits().max_storage_buffers_per_shader_stage)?;
         let colour = plan.scene.colour;
         let entries = plan
             .bindings
             .iter()
             .map(|&binding| (binding.index(), kind(binding, colour)));
-        let layout = layout_of(device, entries);
-        let made = |source, entry: &str| pipeline_of(device, &layout, source, &plan.defs(), entry);
+        let layout = layout_of(device, entries, &objects.name("analyse"));
+        let defs = plan.defs();
+        let made = |source, entry| pipeline_of(device, &layout, source, &defs, entry, objects);
+        let when =
+            |is_there: bool, source, entry| is_there.then(|| made(source, entry)).transpose();
         let is_by_tiles = plan.settings.is_by_tiles();
-        let tiles = is_by_tiles.then(|| made(shader!("tile_data.wgsl"), "tile_data_of"));
-        let pipeline = match is_by_tiles {
-            true => made(shader!("tile_rates.wgsl"), "tile_rates"),
-            false => made(shader!("analyse.wgsl"), "analyse"),
-        };
-        let luma = plan
-            .bindings
-            .contains(&Binding::SqrtLuma)
-            .then(|| made(shader!("write_luma.wgsl"), "write_luma"));
-        let smoothing = (plan.settings.smoothing != Smoothing::None).then(|| {
-            let mut kinds = vec![Binding::Params, Binding::Tables, Binding::Rates];
-            let mut defs = Vec::new();
-            if plan.settings.smoothing == Smoothing::Conservative {
-                defs.push(("CONSERVATIVE", 1));
-            }
-            if plan.bindings.contains(&Binding::Reasons) {
-                kinds.push(Binding::Reasons);
-                defs.push(("REASONS", 1));
-            }
-            let kinds = kinds.into_iter().map(|binding| kind(binding, colour));
-            let layout = layout_of(device, (0..).zip(kinds));
-            let pipeline = pipeline_of(
-                device,
-                &layout,
-                shader!("smooth.wgsl"),
-                &defs,
-                "smooth_words",
-            );
-            SmoothKernel { layout, pipeline }
-        });
-        Analysis {
-            plan: plan.clone(),
+        let writes_luma = plan.bindings.contains(&Binding::SqrtLuma);
+        Ok(Analysis {
+            label: objects.name("analyse"),
+            tiles: when(is_by_tiles, shader!("tile_data.wgsl"), "tile_data_of")?,
+            pipeline: match is_by_tiles {
+                true => made(shader!("tile_rates.wgsl"), "tile_rates"),
+                false => made(shader!("analyse.wgsl"), "analyse"),
+            }?,
+            luma: when(writes_luma, shader!("write_luma.wgsl"), "write_luma")?,
+            smoothing: match plan.settings.smoothing {
+                Smoothing::None => None,
+                _ => Some(SmoothKernel::new(device, plan, objects)?),
+            },
+            after: After::new(device, plan, objects)?,
             layout,
-            pipeline,
-            tiles,
-            luma,
-            smoothing,
-            after: After::new(device, plan),
-        }
+            plan: plan.clone(),
+        })
     }
 
     /// How many pipelines there are: one for each of the plan's passes.
@@ -216,15 +234,27 @@ impl Analysis {
     /// caller's, and the smoothed ones to the caller's.
     ///
     /// # Errors
-    /// If one that the plan has is not given.
+    /// If one that the plan has is not given, or cannot be bound.
     pub fn bind(
         &self,
         device: &wgpu::Device,
         resources: Resources,
-    ) -> Result<BoundAnalysis, MissingResource> {
+    ) -> Result<BoundAnalysis, BindError> {
+        let rooms = resources::rooms(&self.plan, resources)?;
+        scope::caught(device, || self.bound(device, resources, rooms))
+            .map_err(|error| BindError::Refused(scope::in_words(&error)))?
+    }
+
+    fn bound(
+        &self,
+        device: &wgpu::Device,
+        resources: Resources,
+        rooms: Vec<(Binding, Room)>,
+    ) -> Result<BoundAnalysis, BindError> {
+        let given = |binding| given(resources, binding);
         let buffer = |size, usage| {
             device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("vrcs analyse"),
+                label: Some(&self.label),
                 size,
                 usage: usage | wgpu::BufferUsages::COPY_DST,
                 mapped_at_creation: false,
@@ -236,23 +266,15 @@ impl Analysis {
         let has_optics = self.plan.bindings.contains(&Binding::Optics);
         let optics =
             has_optics.then(|| buffer(size_of::<Optics>() as u64, wgpu::BufferUsages::UNIFORM));
-        let given = |binding: Binding| {
-            let found = resources.iter().find(|(given, _)| *given == binding);
-            found
-                .map(|(_, resource)| resource.clone())
-                .ok_or(MissingResource(binding))
-        };
         let smoothed: Vec<Binding> = [Binding::Rates, Binding::Attachment, Binding::PlainRates]
             .into_iter()
             .filter(|binding| self.smoothing.is_some() && self.plan.bindings.contains(binding))
             .collect();
         let mut raw = Vec::new();
         for &binding in &smoothed {
-            let size = match given(binding)? {
-                wgpu::BindingResource::Buffer(whole) => whole
-                    .size
-                    .map_or(whole.buffer.size() - whole.offset, |size| size.get()),
-                _ => return Err(MissingResource(binding)),
+            let room = rooms.iter().find(|(known, _)| *known == binding);
+            let Some(&(_, Room::Bytes(size))) = room else {
+                return Err(BindError::Missing(binding));
             };
             raw.push((binding, buffer(size, wgpu::BufferUsages::STORAGE)));
         }
@@ -264,7 +286,7 @@ impl Analysis {
                 (Binding::Tables, _) => tables.as_entire_binding(),
                 (Binding::Optics, _) => match &optics {
                     Some(optics) => optics.as_entire_binding(),
-                    None => return Err(MissingResource(binding)),
+                    None => return Err(BindError::Missing(binding)),
                 },
                 (_, Some((_, buffer))) => buffer.as_entire_binding(),
                 (binding, None) => given(binding)?,
@@ -275,7 +297,7 @@ impl Analysis {
             });
         }
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("vrcs analyse"),
+            label: Some(&self.label),
             layout: &self.layout,
             entries: &entries,
         });
@@ -294,7 +316,7 @@ impl Analysis {
                     entries.push(entry(3, given(Binding::Reasons)?));
                 }
                 smooth.push(device.create_bind_group(&wgpu::BindGroupDescriptor {
-                    label: Some("vrcs smooth"),
+                    label: Some(&self.label),
                     layout: &kernel.layout,
                     entries: &entries,
                 }));
@@ -308,22 +330,63 @@ impl Analysis {
             group,
             smooth,
             smooth_params,
-            after: self.after.bind(device, resources)?,
+            after: self.after.bind(device, resources, &self.label)?,
+            rooms,
+            set: Mutex::new(None),
         })
     }
 
-    /// Sets a frame's parameters for what is submitted from now on.
-    pub fn set_frame(&self, queue: &wgpu::Queue, bound: &BoundAnalysis, frame: &Frame) {
+    /// Sets a frame's parameters for what is submitted from now on. What is as it was is not uploaded again: a frame that is like the one
+    /// before costs nothing here.
+    ///
+    /// # Errors
+    /// If the frame makes no sense, or is larger than what is bound; the parameters then stay as they are.
+    pub fn set_frame(
+        &self,
+        queue: &wgpu::Queue,
+        bound: &BoundAnalysis,
+        frame: &Frame,
+    ) -> Result<(), FrameError> {
+        let mut set = bound.set.lock().unwrap_or_else(PoisonError::into_inner);
+        if *set == Some(*frame) {
+            return Ok(());
+        }
+        resources::check(&bound.rooms, frame)?;
+        let before = set.replace(*frame);
+        if let Some(buffer) = &bound.optics {
+            let optics = Optics::new(&self.plan.settings, frame);
+            queue.write_buffer(buffer, 0, bytemuck::bytes_of(&optics));
+        }
+        // from frame to frame it is cameras that move
+        let is_still = |before: Frame| {
+            before.cameras.is_some() == frame.cameras.is_some()
+                && Frame {
+                    cameras: frame.cameras,
+                    ..before
+                } == *frame
+        };
+        if !before.is_some_and(is_still) {
+            let scale = before.map(|before| before.resolution_scale);
+            self.write_params(queue, bound, frame, scale != Some(frame.resolution_scale));
+        }
+        Ok(())
+    }
+
+    fn write_params(
+        &self,
+        queue: &wgpu::Queue,
+        bound: &BoundAnalysis,
+        frame: &Frame,
+        has_new_tables: bool,
+    ) {
         let settings = &self.plan.settings;
         let params = Params::new(settings, frame);
         queue.write_buffer(&bound.params, 0, bytemuck::bytes_of(&params));
-        if let Some(buffer) = &bound.optics {
-            let optics = Optics::new(settings, frame);
-            queue.write_buffer(buffer, 0, bytemuck::bytes_of(&optics));
+        if has_new_tables {
+            let is_sqrt_luma = self.plan.scene.colour == ColourForm::SqrtLuma;
+            let tables = params::tables(settings, is_sqrt_luma, frame.resolution_scale);
+            queue.write_buffer(&bound.tables, 0, bytemuck::cast_slice(&tables));
         }
-        let is_sqrt_luma = self.plan.scene.colour == ColourForm::SqrtLuma;
-        let tables = params::tables(settings, is_sqrt_luma, frame.resolution_scale);
-        queue.write_buffer(&bound.tables, 0, bytemuck::cast_slice(&tables));
         for (buffer, is_rates) in &bound.smooth_params {
             let layout = SriLayout::new(frame.size[0], frame.size[1]);
             let smooth = SmoothParams {
@@ -340,6 +403,7 @@ impl Analysis {
     pub fn record(&self, pass: &mut wgpu::ComputePass, bound: &BoundAnalysis, frame: &Frame) {
         let size = frame.size;
         let [width, height] = self.plan.tile();
+        pass.push_debug_group(&self.label);
         pass.set_bind_group(0, &bound.group, &[]);
         if let Some(data) = &self.tiles {
             let [across, down] = frame.previous_size.map(|side| side.div_ceil(tiles::SIDE));
@@ -361,5 +425,6 @@ impl Analysis {
             }
         }
         self.after.record(pass, &bound.after, size);
+        pass.pop_debug_group();
     }
 }

@@ -229,6 +229,78 @@ pub enum WrongInput {
     Missing(&'static str),
 }
 
+/// A frame that cannot be analysed with what is bound.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FrameError {
+    /// A picture without pixels, or with a side above 16384.
+    #[error("the frame's {what} is {size:?} pixels; a side has 1 to 16384")]
+    Size {
+        /// Which size.
+        what: &'static str,
+        /// What it is.
+        size: [u32; 2],
+    },
+    /// The frame is of another size than the view whose rates are written.
+    #[error("the frame is {frame:?} pixels and the view {view:?}: give `Frame` the view's size")]
+    View {
+        /// The frame's size.
+        frame: [u32; 2],
+        /// The view's.
+        view: [u32; 2],
+    },
+    /// The view has made its buffers anew, or is another one.
+    #[error(
+        "the analyser is bound to rates that are not this view's: call `Analyser::bind` after `View::set_extent`, with this frame's pictures"
+    )]
+    Stale,
+    /// The scale of the dynamic resolution is no number above 0, up to 1.
+    #[error("the resolution's scale is {0}; it is above 0 and at most 1")]
+    Scale(f64),
+    /// A texture is smaller than the frame says.
+    #[error(
+        "the texture of {what} is {got:?} texels, and the frame needs {wanted:?}: bind the one that was made for its size"
+    )]
+    Texture {
+        /// Which.
+        what: &'static str,
+        /// Its size.
+        got: [u32; 2],
+        /// The least size.
+        wanted: [u32; 2],
+    },
+    /// A buffer is smaller than the frame needs.
+    #[error(
+        "the buffer of {what} has {got} bytes, and the frame needs {wanted}: bind one that was made for its size"
+    )]
+    Buffer {
+        /// Which.
+        what: &'static str,
+        /// Its bytes.
+        got: u64,
+        /// The least.
+        wanted: u64,
+    },
+}
+
+impl Frame {
+    /// Whether the frame makes sense by itself.
+    ///
+    /// # Errors
+    /// A size or the scale.
+    pub fn check(&self) -> Result<(), FrameError> {
+        for (what, size) in [("size", self.size), ("previous size", self.previous_size)] {
+            if size.iter().any(|side| !(1..=16_384).contains(side)) {
+                return Err(FrameError::Size { what, size });
+            }
+        }
+        match self.resolution_scale > 0.0 && self.resolution_scale <= 1.0 {
+            true => Ok(()),
+            false => Err(FrameError::Scale(self.resolution_scale)),
+        }
+    }
+}
+
 /// What the analysis finds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Output {

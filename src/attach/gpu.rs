@@ -5,6 +5,9 @@ use bytemuck::{Pod, Zeroable};
 use super::{AttachOptions, AttachmentLayout};
 use crate::{
     kernel::{self, shader},
+    limits::LimitError,
+    object::ObjectOptions,
+    scope,
     sri::SriLayout,
 };
 
@@ -27,6 +30,7 @@ const GROUP: [u32; 2] = [128, 32];
 #[derive(Debug)]
 pub struct Attacher {
     options: AttachOptions,
+    label: String,
     layout: wgpu::BindGroupLayout,
     pipeline: wgpu::ComputePipeline,
 }
@@ -34,13 +38,57 @@ pub struct Attacher {
 /// The bindings of an attacher to one shading-rate image and one buffer for the hardware-VRS image.
 #[derive(Debug)]
 pub struct BoundAttacher {
+    size: [u32; 2],
+    /// Bytes of the shading-rate image and of the hardware's.
+    room: [u64; 2],
     params: wgpu::Buffer,
     group: wgpu::BindGroup,
 }
 
+/// Why there is no hardware-VRS image.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum AttachError {
+    /// The device has too little for the kernel.
+    #[error(transparent)]
+    Limit(#[from] LimitError),
+    /// wgpu does not bind a buffer: it lacks the usage `STORAGE`, or belongs to another device.
+    #[error("attach: wgpu does not bind what was given: {0}")]
+    Refused(String),
+    /// A buffer is too small for a picture.
+    #[error(
+        "attach: the {what} of a picture of {size:?} pixels has {wanted} bytes, the buffer {got}"
+    )]
+    Small {
+        /// Which.
+        what: &'static str,
+        /// The picture's size.
+        size: [u32; 2],
+        /// The buffer's bytes.
+        got: u64,
+        /// The least.
+        wanted: u64,
+    },
+}
+
 impl Attacher {
     /// Makes the pipeline.
-    pub fn new(device: &wgpu::Device, options: AttachOptions) -> Attacher {
+    ///
+    /// # Errors
+    /// If the device has too little for it.
+    pub fn new(device: &wgpu::Device, options: AttachOptions) -> Result<Attacher, AttachError> {
+        Attacher::with(device, options, &ObjectOptions::default())
+    }
+
+    /// The same, with a name for captures and the caller's cache of pipelines.
+    ///
+    /// # Errors
+    /// As [`Attacher::new`].
+    pub fn with(
+        device: &wgpu::Device,
+        options: AttachOptions,
+        objects: &ObjectOptions,
+    ) -> Result<Attacher, AttachError> {
         let buffer = |binding, ty| wgpu::BindGroupLayoutEntry {
             binding,
             visibility: wgpu::ShaderStages::COMPUTE,
@@ -52,36 +100,24 @@ impl Attacher {
             count: None,
         };
         let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("vrcs attach"),
+            label: Some(&objects.name("attach")),
             entries: &[
                 buffer(0, wgpu::BufferBindingType::Uniform),
                 buffer(1, wgpu::BufferBindingType::Storage { read_only: true }),
                 buffer(2, wgpu::BufferBindingType::Storage { read_only: false }),
             ],
         });
-        let module = kernel::shader_module(
-            device,
-            shader!("attach.wgsl"),
-            &[("TILE", options.tile.side())],
-        );
-        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("vrcs attach"),
-            bind_group_layouts: &[Some(&layout)],
-            immediate_size: 0,
-        });
-        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some("vrcs attach"),
-            layout: Some(&pipeline_layout),
-            module: &module,
-            entry_point: Some("attach"),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
-            cache: None,
-        });
-        Attacher {
+        let defs = [("TILE", options.tile.side())];
+        let module = kernel::shader_module(device, shader!("attach.wgsl"), &defs)?;
+        // its workgroup memory has to be zero at first
+        let zeroed = wgpu::PipelineCompilationOptions::default();
+        let pipeline = kernel::pipeline(device, &layout, &module, "attach", zeroed, objects);
+        Ok(Attacher {
             options,
+            label: objects.name("attach"),
             layout,
             pipeline,
-        }
+        })
     }
 
     /// The options.
@@ -100,20 +136,34 @@ impl Attacher {
     }
 
     /// Binds a shading-rate image, in [`SriLayout`], and a buffer for the hardware-VRS image, in [`AttachmentLayout`].
+    /// [`Attacher::set_size`] has to follow.
+    ///
+    /// # Errors
+    /// If wgpu does not bind a buffer.
     pub fn bind(
+        &self,
+        device: &wgpu::Device,
+        sri: &wgpu::Buffer,
+        attachment: &wgpu::Buffer,
+    ) -> Result<BoundAttacher, AttachError> {
+        scope::caught(device, || self.bound(device, sri, attachment))
+            .map_err(|error| AttachError::Refused(scope::in_words(&error)))
+    }
+
+    fn bound(
         &self,
         device: &wgpu::Device,
         sri: &wgpu::Buffer,
         attachment: &wgpu::Buffer,
     ) -> BoundAttacher {
         let params = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("vrcs attach params"),
+            label: Some(&self.label),
             size: size_of::<Params>() as u64,
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("vrcs attach"),
+            label: Some(&self.label),
             layout: &self.layout,
             entries: &[
                 wgpu::BindGroupEntry {
@@ -130,13 +180,41 @@ impl Attacher {
                 },
             ],
         });
-        BoundAttacher { params, group }
+        BoundAttacher {
+            size: [0, 0],
+            room: [sri.size(), attachment.size()],
+            params,
+            group,
+        }
     }
 
-    /// Sets the size of the picture, in pixels, for dispatches that are submitted from now on.
-    pub fn set_size(&self, queue: &wgpu::Queue, bound: &BoundAttacher, size: [u32; 2]) {
+    /// Sets the size of the picture, in pixels, for dispatches that are recorded from now on.
+    ///
+    /// # Errors
+    /// If a buffer is too small for it; the size then stays as it is.
+    pub fn set_size(
+        &self,
+        queue: &wgpu::Queue,
+        bound: &mut BoundAttacher,
+        size: [u32; 2],
+    ) -> Result<(), AttachError> {
         let sri = SriLayout::new(size[0], size[1]);
         let layout = AttachmentLayout::new(size, self.options.tile);
+        let needs = [
+            ("shading-rate image", sri.bytes()),
+            ("hardware's image", layout.bytes()),
+        ];
+        for ((what, wanted), got) in needs.into_iter().zip(bound.room) {
+            if got < wanted {
+                return Err(AttachError::Small {
+                    what,
+                    size,
+                    got,
+                    wanted,
+                });
+            }
+        }
+        bound.size = size;
         let params = Params {
             quads: [sri.width, sri.height],
             tiles: [layout.width, layout.height],
@@ -146,14 +224,18 @@ impl Attacher {
             texels: self.options.table(),
         };
         queue.write_buffer(&bound.params, 0, bytemuck::bytes_of(&params));
+        Ok(())
     }
 
     /// Records the work into a compute pass. Writes each row's tiles, rounded up to whole words; leaves the rest of its
-    /// padding alone.
-    pub fn record(&self, pass: &mut wgpu::ComputePass, bound: &BoundAttacher, size: [u32; 2]) {
+    /// padding alone. Before [`Attacher::set_size`], there is nothing to do.
+    pub fn record(&self, pass: &mut wgpu::ComputePass, bound: &BoundAttacher) {
         let _span = tracing::trace_span!("vrcs attach").entered();
+        let size = bound.size;
+        pass.push_debug_group(&self.label);
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &bound.group, &[]);
         pass.dispatch_workgroups(size[0].div_ceil(GROUP[0]), size[1].div_ceil(GROUP[1]), 1);
+        pass.pop_debug_group();
     }
 }

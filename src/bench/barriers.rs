@@ -10,7 +10,7 @@ use super::{
     stage::{self, Inputs},
     timer::Contender,
 };
-use crate::Rate;
+use crate::{Rate, check::gpu::by_construction};
 
 const TEXT: &str = include_str!(concat!(
     env!("CARGO_MANIFEST_DIR"),
@@ -48,11 +48,11 @@ pub(super) fn rows(lab: &Lab) -> Result<Vec<Row>, BenchError> {
             }),
             Contender::new("split", |pass, round| {
                 pass.set_bind_group(0, &split.1[round % split.1.len()], &[]);
-                split.0.dispatch(pass, built.view(round));
+                by_construction(split.0.dispatch(pass, built.view(round)));
             }),
             Contender::new("masked", |pass, round| {
                 pass.set_bind_group(0, &masked.1[round % masked.1.len()], &[]);
-                masked.0.dispatch(pass, built.view(round));
+                by_construction(masked.0.dispatch(pass, built.view(round)));
             }),
         ];
         let measured = lab.measure(&contenders)?;

@@ -13,7 +13,7 @@ use super::{
 use crate::{
     Rate, View,
     build::{BuildOptions, Modes},
-    check::gpu::Gpu,
+    check::gpu::{Gpu, by_construction},
     kernel::{self, shader},
     sri::{Sri, SriLayout},
 };
@@ -93,10 +93,10 @@ impl Kernels {
         size: [u32; 2],
         inputs: &Inputs,
         [frame, sri, partings]: [&wgpu::Buffer; 3],
-    ) -> Kernels {
+    ) -> Result<Kernels, BenchError> {
         let source = shader!("bench/encodings.wgsl");
         // SAFETY: every loop runs to a constant, to the number of lights, or to what a tile holds
-        let module = unsafe { kernel::trusted_module(&gpu.device, source, defs) };
+        let module = unsafe { kernel::trusted_module(&gpu.device, source, defs) }.map_err(own)?;
         let pipeline = |entry: &str| {
             gpu.device
                 .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
@@ -137,14 +137,14 @@ impl Kernels {
             }
             group(gpu, &shade.get_bind_group_layout(0), &resources)
         });
-        Kernels {
+        Ok(Kernels {
             name,
             shaded: shaded.collect(),
             build,
             shade,
             built,
             groups: tiles,
-        }
+        })
     }
 
     fn record_build(&self, pass: &mut wgpu::ComputePass) {
@@ -218,7 +218,7 @@ fn compare(
             let buffers = [&frame, &rates, &partings];
             Kernels::new(gpu, encoding, size, inputs, buffers)
         })
-        .collect();
+        .collect::<Result<_, _>>()?;
     gpu.check()?;
     check_pictures(gpu, &kernels, inputs)?;
     let mut contenders = Vec::new();
@@ -350,7 +350,9 @@ pub(super) fn builds(lab: &Lab) -> Result<Vec<Row>, BenchError> {
         }
         let contenders: Vec<Contender> = views
             .iter()
-            .map(|(name, view)| Contender::new(*name, |pass, _| view.build_in(pass)))
+            .map(|(name, view)| {
+                Contender::new(*name, |pass, _| by_construction(view.build_in(pass)))
+            })
             .collect();
         let measured = lab.measure(&contenders)?;
         for (part, (name, _)) in measured.parts.iter().zip(&views) {

@@ -10,7 +10,11 @@ use super::{
     stage::{self, Built, Inputs},
     timer::Contender,
 };
-use crate::{Pass, Rate, check::gpu::Gpu, sri::Sri};
+use crate::{
+    Pass, Rate,
+    check::gpu::{Gpu, by_construction},
+    sri::Sri,
+};
 
 const TEXT: &str = include_str!(concat!(
     env!("CARGO_MANIFEST_DIR"),
@@ -76,7 +80,7 @@ impl Heavy {
                 format!("{mode:?}").to_lowercase(),
                 move |pass, round| {
                     pass.set_bind_group(0, &groups[round % groups.len()], &[]);
-                    rewritten.dispatch(pass, built.view(round));
+                    by_construction(rewritten.dispatch(pass, built.view(round)));
                 },
             ));
         }

@@ -23,7 +23,7 @@ use crate::{
         gpu::{Attacher, BoundAttacher},
     },
     build::{BuildOptions, Modes},
-    check::gpu::Gpu,
+    check::gpu::{Gpu, by_construction},
     deblock::{self, Deblocker, Packing, Picture, PictureInput},
     plan::{Binding, ColourForm},
     sri::{Sri, SriLayout},
@@ -48,7 +48,6 @@ pub(super) struct Machinery {
 
 /// The analysis where it is had as colour, with motion, and an attachment's image is wanted too.
 pub(super) struct Colours {
-    size: [u32; 2],
     frame: Frame,
     pub(super) colours: Vec<wgpu::TextureView>,
     pub(super) motions: Vec<wgpu::TextureView>,
@@ -152,7 +151,7 @@ impl Machinery {
     }
 
     fn build(&self, pass: &mut wgpu::ComputePass, round: usize) {
-        of(&self.views, round).build_in(pass);
+        by_construction(of(&self.views, round).build_in(pass));
     }
 
     fn deblock(&self, pass: &mut wgpu::ComputePass, round: usize) {
@@ -209,18 +208,20 @@ impl Colours {
                 support: Support::d3d12(AdditionalRates::Yes),
                 samples: Samples::X1,
             },
-        );
+        )
+        .map_err(own)?;
         let bound = scratch
             .iter()
             .map(|[_, attached]| {
                 let image = attacher.buffer(&gpu.device, size);
-                let bound = attacher.bind(&gpu.device, attached, &image);
-                attacher.set_size(&gpu.queue, &bound, size);
-                bound
+                let mut bound = attacher.bind(&gpu.device, attached, &image).map_err(own)?;
+                attacher
+                    .set_size(&gpu.queue, &mut bound, size)
+                    .map_err(own)?;
+                Ok(bound)
             })
-            .collect();
+            .collect::<Result<Vec<_>, BenchError>>()?;
         Ok(Colours {
-            size,
             frame,
             colours,
             motions,
@@ -237,7 +238,7 @@ impl Colours {
     fn analyse(&self, pass: &mut wgpu::ComputePass, round: usize) {
         self.rates(pass, round);
         let (attacher, bound) = &self.attacher;
-        attacher.record(pass, of(bound, round), self.size);
+        attacher.record(pass, of(bound, round));
     }
 
     fn path(&self, machinery: &Machinery, pass: &mut wgpu::ComputePass, round: usize) {
@@ -256,12 +257,12 @@ fn analysis(
     given: Vec<Vec<(Binding, wgpu::BindingResource)>>,
 ) -> Result<(Analysis, Vec<BoundAnalysis>), BenchError> {
     let plan = Plan::new(scene, settings).map_err(own)?;
-    let analysis = Analysis::new(&gpu.device, &plan);
+    let analysis = Analysis::new(&gpu.device, &plan).map_err(own)?;
     let bound = given
         .iter()
         .map(|resources| {
             let bound = analysis.bind(&gpu.device, resources).map_err(own)?;
-            analysis.set_frame(&gpu.queue, &bound, frame);
+            analysis.set_frame(&gpu.queue, &bound, frame).map_err(own)?;
             Ok(bound)
         })
         .collect::<Result<Vec<_>, BenchError>>()?;

@@ -286,7 +286,7 @@ pub(super) fn built(
         let view = View::new(&gpu.device, &gpu.queue, [width, height, 1], options).map_err(own)?;
         view.write_sri(&gpu.queue, &sri(seed)).map_err(own)?;
         let mut encoder = gpu.encoder();
-        view.build(&mut encoder);
+        view.build(&mut encoder).map_err(own)?;
         let Some(buffer) = view.statistics() else {
             return Err(own("statistics are asked for"));
         };

@@ -3,7 +3,7 @@
 //! *Guarantees*: what the options do not ask for does not exist; buffers grow with the extent, never shrink.
 
 use super::{BuildOptions, CoordLayout, ListLayout, statistics::Statistics};
-use crate::sri::SriLayout;
+use crate::{object::ObjectOptions, sri::SriLayout};
 
 /// The counters' bytes.
 const COUNTERS: u64 = 256;
@@ -57,10 +57,15 @@ pub struct Buffers {
 
 impl Buffers {
     /// Makes the buffers for an extent.
-    pub fn new(device: &wgpu::Device, options: &BuildOptions, extent: [u32; 2]) -> Buffers {
-        let buffer = |label, size, usage| {
+    pub fn new(
+        device: &wgpu::Device,
+        options: &BuildOptions,
+        extent: [u32; 2],
+        objects: &ObjectOptions,
+    ) -> Buffers {
+        let buffer = |part, size, usage| {
             device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some(label),
+                label: Some(&objects.name(part)),
                 size,
                 usage: wgpu::BufferUsages::STORAGE
                     | wgpu::BufferUsages::COPY_DST
@@ -73,20 +78,20 @@ impl Buffers {
         let sizes = Sizes::new(options, extent);
         let optional = |label, size: Option<u64>| size.map(|size| buffer(label, size, none));
         Buffers {
-            sri: buffer("vrcs shading rates", sizes.sri, none),
-            coords: optional("vrcs coordinates", sizes.coords),
-            list: optional("vrcs list", sizes.list),
-            classified: optional("vrcs classified lists", sizes.classified),
-            graded: optional("vrcs graded", sizes.graded),
-            effective: optional("vrcs effective rates", sizes.effective),
+            sri: buffer("shading rates", sizes.sri, none),
+            coords: optional("coordinates", sizes.coords),
+            list: optional("list", sizes.list),
+            classified: optional("classified lists", sizes.classified),
+            graded: optional("graded", sizes.graded),
+            effective: optional("effective rates", sizes.effective),
             arguments: has_lists(options)
-                .then(|| buffer("vrcs arguments", ARGUMENTS, wgpu::BufferUsages::INDIRECT)),
+                .then(|| buffer("arguments", ARGUMENTS, wgpu::BufferUsages::INDIRECT)),
             statistics: optional(
-                "vrcs statistics",
+                "statistics",
                 options.statistics.then_some(Statistics::BYTES),
             ),
-            user: optional("vrcs user bits", sizes.user),
-            counters: optional("vrcs counters", has_counters(options).then_some(COUNTERS)),
+            user: optional("user bits", sizes.user),
+            counters: optional("counters", has_counters(options).then_some(COUNTERS)),
         }
     }
 

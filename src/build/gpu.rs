@@ -14,6 +14,8 @@ use super::{
 use crate::{
     coverage::{Normals, Sky, Textures},
     kernel::{self, shader},
+    limits::LimitError,
+    object::ObjectOptions,
     plan::PlannedPass,
     rate::Rate,
     sri::SriLayout,
@@ -116,6 +118,7 @@ struct FinishParams {
 #[derive(Debug)]
 pub struct Builder {
     options: BuildOptions,
+    label: String,
     build: Kernel,
     finish: Option<Kernel>,
 }
@@ -217,15 +220,71 @@ pub(crate) fn planned(options: &BuildOptions) -> Vec<PlannedPass> {
 /// The bindings of a builder to the buffers of one view.
 #[derive(Debug)]
 pub struct BoundBuilder {
-    params: wgpu::Buffer,
+    params: Slots,
     group: wgpu::BindGroup,
-    finish: Option<(wgpu::Buffer, wgpu::BindGroup)>,
+    finish: Option<(Slots, wgpu::BindGroup)>,
     sample: [u32; 3],
+}
+
+/// A kernel's parameters for every [order](Order::code) of primaries, one after another, so that primaries rotate by a dynamic offset and
+/// nothing is uploaded for it.
+#[derive(Debug)]
+struct Slots {
+    buffer: wgpu::Buffer,
+    /// Bytes of one.
+    size: u64,
+    /// Bytes from one to the next.
+    stride: u32,
+}
+
+impl Slots {
+    fn new(device: &wgpu::Device, size: usize, label: &str) -> Slots {
+        let alignment = device.limits().min_uniform_buffer_offset_alignment;
+        let stride = (size as u32).next_multiple_of(alignment.max(16));
+        let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(label),
+            size: u64::from(stride) * Order::CODES as u64,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        Slots {
+            buffer,
+            size: size as u64,
+            stride,
+        }
+    }
+
+    fn binding(&self) -> wgpu::BindingResource<'_> {
+        wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+            buffer: &self.buffer,
+            offset: 0,
+            size: wgpu::BufferSize::new(self.size),
+        })
+    }
+
+    fn write<P: Pod>(&self, queue: &wgpu::Queue, of: impl Fn(Order) -> P) {
+        for order in Order::all() {
+            let params = of(order);
+            let at = u64::from(self.offset(order));
+            queue.write_buffer(&self.buffer, at, bytemuck::bytes_of(&params));
+        }
+    }
+
+    fn offset(&self, order: Order) -> u32 {
+        order.code() * self.stride
+    }
 }
 
 impl Builder {
     /// Makes the pipelines.
-    pub fn new(device: &wgpu::Device, options: BuildOptions) -> Builder {
+    ///
+    /// # Errors
+    /// If the device has too little for them.
+    pub fn new(
+        device: &wgpu::Device,
+        options: BuildOptions,
+        objects: &ObjectOptions,
+    ) -> Result<Builder, LimitError> {
         let coverage = &options.coverage;
         let octahedral = matches!(coverage.normals, Some(Normals::Octahedral { .. }));
         let modes = options.modes;
@@ -253,12 +312,18 @@ impl Builder {
             (5, Resource::Statistics, options.statistics),
         ];
         let defs = defs(&options);
-        Builder {
+        let kernel = |source, entry, bindings: &[_]| {
+            Kernel::new(device, source, entry, &defs, bindings, objects)
+        };
+        Ok(Builder {
             options,
-            build: Kernel::new(device, KERNEL, "build", &defs, &build),
-            finish: has_counters(&options)
-                .then(|| Kernel::new(device, shader!("finish.wgsl"), "finish", &defs, &finish)),
-        }
+            label: objects.name("build"),
+            build: kernel(KERNEL, "build", &build)?,
+            finish: match has_counters(&options) {
+                true => Some(kernel(shader!("finish.wgsl"), "finish", &finish)?),
+                false => None,
+            },
+        })
     }
 
     /// The options.
@@ -266,65 +331,68 @@ impl Builder {
         &self.options
     }
 
-    /// Binds buffers, and the textures that coverage is told by; `None` if a declared texture is missing.
+    /// Binds buffers, and the textures that coverage is told by; `None` if a declared texture is missing. [`Builder::set`] has to
+    /// follow.
     pub fn bind(
         &self,
         device: &wgpu::Device,
         buffers: &Buffers,
         textures: &Textures,
     ) -> Option<BoundBuilder> {
-        let uniform = |size: usize| {
-            device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("vrcs build params"),
-                size: size as u64,
-                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            })
+        let label = format!("{} params", self.label);
+        let params = Slots::new(device, size_of::<Params>(), &label);
+        let finish = match &self.finish {
+            None => None,
+            Some(kernel) => {
+                let params = Slots::new(device, size_of::<FinishParams>(), &label);
+                let group = kernel.bind(device, &params, buffers, textures, &self.label)?;
+                Some((params, group))
+            }
         };
-        let params = uniform(size_of::<Params>());
-        let finish = self.finish.as_ref().map(|kernel| {
-            let params = uniform(size_of::<FinishParams>());
-            let group = kernel.bind(device, &params, buffers, textures)?;
-            Some((params, group))
-        });
+        let build = &self.build;
         Some(BoundBuilder {
-            group: self.build.bind(device, &params, buffers, textures)?,
+            group: build.bind(device, &params, buffers, textures, &self.label)?,
             params,
-            finish: match finish {
-                None => None,
-                Some(finish) => Some(finish?),
-            },
+            finish,
             sample: [textures.scale, textures.sample[0], textures.sample[1]],
         })
     }
 
-    /// Sets the extent of the picture, and how primaries are chosen, for dispatches that are submitted from now on.
-    pub fn set(&self, queue: &wgpu::Queue, bound: &BoundBuilder, extent: [u32; 3], order: Order) {
+    /// Sets the extent of the picture for dispatches that are submitted from now on.
+    pub fn set(&self, queue: &wgpu::Queue, bound: &BoundBuilder, extent: [u32; 3]) {
         let options = &self.options;
-        let params = Params::new(options, extent, order, bound.sample);
-        queue.write_buffer(&bound.params, 0, bytemuck::bytes_of(&params));
-        if let Some((buffer, _)) = &bound.finish {
-            let params = FinishParams {
+        bound.params.write(queue, |order| {
+            Params::new(options, extent, order, bound.sample)
+        });
+        if let Some((params, _)) = &bound.finish {
+            params.write(queue, |order| FinishParams {
                 tile_area: options.area(),
                 layers: extent[2],
                 phase: order.code(),
                 padding: 0,
-            };
-            queue.write_buffer(buffer, 0, bytemuck::bytes_of(&params));
+            });
         }
     }
 
-    /// Records the build into a compute pass.
-    pub fn record(&self, pass: &mut wgpu::ComputePass, bound: &BoundBuilder, extent: [u32; 2]) {
+    /// Records the build into a compute pass, given how primaries are chosen.
+    pub fn record(
+        &self,
+        pass: &mut wgpu::ComputePass,
+        bound: &BoundBuilder,
+        extent: [u32; 2],
+        order: Order,
+    ) {
         let [x, y] = groups(&self.options, extent);
+        pass.push_debug_group(&self.label);
         pass.set_pipeline(&self.build.pipeline);
-        pass.set_bind_group(0, &bound.group, &[]);
+        pass.set_bind_group(0, &bound.group, &[bound.params.offset(order)]);
         pass.dispatch_workgroups(x, y, 1);
-        if let (Some(kernel), Some((_, group))) = (&self.finish, &bound.finish) {
+        if let (Some(kernel), Some((params, group))) = (&self.finish, &bound.finish) {
             pass.set_pipeline(&kernel.pipeline);
-            pass.set_bind_group(0, group, &[]);
+            pass.set_bind_group(0, group, &[params.offset(order)]);
             pass.dispatch_workgroups(1, 1, 1);
         }
+        pass.pop_debug_group();
     }
 }
 
@@ -335,7 +403,8 @@ impl Kernel {
         entry: &str,
         defs: kernel::Defs,
         bindings: &[(u32, Resource, bool)],
-    ) -> Kernel {
+        objects: &ObjectOptions,
+    ) -> Result<Kernel, LimitError> {
         let bindings: Vec<(u32, Resource)> = bindings
             .iter()
             .filter(|binding| binding.2)
@@ -350,39 +419,33 @@ impl Kernel {
                 count: None,
             })
             .collect();
-        let label = Some("vrcs build");
+        // SAFETY: every loop runs to a constant or to what a tile holds, or takes a bit off a word in each round
+        let module = unsafe { kernel::trusted_module(device, source, defs) }?;
         let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label,
+            label: Some(&objects.name(entry)),
             entries: &entries,
         });
-        // SAFETY: every loop runs to a constant or to what a tile holds, or takes a bit off a word in each round
-        let module = unsafe { kernel::trusted_module(device, source, defs) };
-        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label,
-            bind_group_layouts: &[Some(&layout)],
-            immediate_size: 0,
-        });
-        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label,
-            layout: Some(&pipeline_layout),
-            module: &module,
-            entry_point: Some(entry),
-            compilation_options: kernel::compilation_options(),
-            cache: None,
-        });
-        Kernel {
+        Ok(Kernel {
+            pipeline: kernel::pipeline(
+                device,
+                &layout,
+                &module,
+                entry,
+                kernel::compilation_options(),
+                objects,
+            ),
             layout,
-            pipeline,
             bindings,
-        }
+        })
     }
 
     fn bind(
         &self,
         device: &wgpu::Device,
-        params: &wgpu::Buffer,
+        params: &Slots,
         buffers: &Buffers,
         textures: &Textures,
+        label: &str,
     ) -> Option<wgpu::BindGroup> {
         let texture = |view: Option<_>| view.map(wgpu::BindingResource::TextureView);
         let entries: Option<Vec<_>> = self
@@ -390,7 +453,7 @@ impl Kernel {
             .iter()
             .map(|&(binding, resource)| {
                 let resource = match resource {
-                    Resource::Params => Some(params.as_entire_binding()),
+                    Resource::Params => Some(params.binding()),
                     Resource::Triangles => texture(textures.triangles),
                     Resource::Surfaces => texture(textures.surfaces),
                     Resource::Depth => texture(textures.depth),
@@ -404,7 +467,7 @@ impl Kernel {
             })
             .collect();
         Some(device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("vrcs build"),
+            label: Some(label),
             layout: &self.layout,
             entries: &entries?,
         }))
@@ -423,7 +486,11 @@ fn binding_type(resource: Resource) -> wgpu::BindingType {
         multisampled: false,
     };
     match resource {
-        Resource::Params => buffer(wgpu::BufferBindingType::Uniform),
+        Resource::Params => wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Uniform,
+            has_dynamic_offset: true,
+            min_binding_size: None,
+        },
         Resource::Sri | Resource::User => {
             buffer(wgpu::BufferBindingType::Storage { read_only: true })
         }

@@ -19,6 +19,17 @@ pub enum Order {
 }
 
 impl Order {
+    /// How many [codes](Order::code) there are.
+    pub const CODES: usize = 5;
+
+    /// An order of each code.
+    pub fn all() -> [Order; Order::CODES] {
+        std::array::from_fn(|code| match code {
+            0 => Order::Fixed,
+            _ => Order::Rotating(code as u32 - 1),
+        })
+    }
+
     /// The code in headers and parameters: 0, or 1 to 4.
     pub fn code(self) -> u32 {
         match self {

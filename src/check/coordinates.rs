@@ -13,6 +13,7 @@ use crate::{
         statistics::Statistics,
     },
     coverage::{Coverage, Textures, cpu::Samples},
+    object::ObjectOptions,
     sri::Sri,
 };
 
@@ -252,7 +253,8 @@ pub fn build_on(
     times: u32,
 ) -> Result<Built, GpuError> {
     let options = builder.options();
-    let buffers = Buffers::new(&gpu.device, options, twin.extent);
+    let objects = ObjectOptions::default();
+    let buffers = Buffers::new(&gpu.device, options, twin.extent, &objects);
     gpu.queue.write_buffer(&buffers.sri, 0, sri.bytes());
     let made = [
         &buffers.coords,
@@ -281,11 +283,11 @@ pub fn build_on(
         ));
     };
     let extent = [twin.extent[0], twin.extent[1], 3];
-    builder.set(&gpu.queue, &bound, extent, twin.order);
+    builder.set(&gpu.queue, &bound, extent);
     let mut encoder = gpu.encoder();
     for _ in 0..times {
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-        builder.record(&mut pass, &bound, twin.extent);
+        builder.record(&mut pass, &bound, twin.extent, twin.order);
     }
     let present: Vec<&wgpu::Buffer> = made.into_iter().flatten().collect();
     let mut read = gpu.submit_and_read(encoder, &present)?.into_iter();

@@ -4,7 +4,10 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::build::{BuildOptions, gpu::Builder};
+use crate::{
+    build::{BuildOptions, gpu::Builder},
+    object::ObjectOptions,
+};
 
 /// A device and its queue.
 #[derive(Debug)]
@@ -52,6 +55,13 @@ pub enum GpuError {
     /// The device stopped working.
     #[error("the device was lost: {0}")]
     Lost(String),
+}
+
+/// What cannot go wrong where the program records what it made itself: a view and the passes for it, a frame of the view's size.
+pub(crate) fn by_construction<E: std::fmt::Display>(recorded: Result<(), E>) {
+    if let Err(error) = recorded {
+        unreachable!("made for each other: {error}");
+    }
 }
 
 /// Features that shaders may need, and that are asked for where the driver has them.
@@ -308,14 +318,18 @@ impl Gpu {
     }
 
     /// A builder with these options, made at the first call.
-    pub fn builder(&self, options: BuildOptions) -> Arc<Builder> {
+    ///
+    /// # Errors
+    /// If the device has too little for it.
+    pub fn builder(&self, options: BuildOptions) -> Result<Arc<Builder>, GpuError> {
         let mut known = self.builders.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(builder) = known.iter().find(|known| *known.options() == options) {
-            return Arc::clone(builder);
+            return Ok(Arc::clone(builder));
         }
-        let builder = Arc::new(Builder::new(&self.device, options));
+        let made = Builder::new(&self.device, options, &ObjectOptions::default());
+        let builder = Arc::new(made.map_err(|error| GpuError::Refused(error.to_string()))?);
         known.push(Arc::clone(&builder));
-        builder
+        Ok(builder)
     }
 
     /// An encoder.

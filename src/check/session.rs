@@ -442,7 +442,7 @@ impl Session<'_> {
 
     fn check_builder(&mut self, case: &Case) -> Result<(), Stop> {
         let twin = &case.coordinates;
-        let builder = self.gpu.builder(twin.options);
+        let builder = self.gpu.builder(twin.options).map_err(RunError::from)?;
         let built = build_on(
             self.gpu,
             &builder,

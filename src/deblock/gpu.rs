@@ -99,9 +99,9 @@ impl Deblocker {
         let source = shader!("deblock.wgsl");
         let module = match options.depth {
             // a loop that is counted is not unrolled: four copies of three dozen loads of depth take some drivers seconds to compile
-            Some(_) => kernel::shader_module(device, source, &defs),
+            Some(_) => kernel::shader_module(device, source, &defs)?,
             // SAFETY: no loop of this kernel has more rounds than a constant says
-            None => unsafe { kernel::trusted_module(device, source, &defs) },
+            None => unsafe { kernel::trusted_module(device, source, &defs) }?,
         };
         let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some("vrcs deblock"),

@@ -18,7 +18,7 @@ use crate::{
     },
     check::{
         self, Job, Report,
-        gpu::{Gpu, GpuError},
+        gpu::{Gpu, GpuError, by_construction},
     },
     dispatch::{Pass, PassOptions},
     metrics::{self, Shown as Picture},
@@ -307,7 +307,7 @@ impl<'g> Stage<'g> {
 
     fn record_rewritten(&self, pass: &mut wgpu::ComputePass) {
         pass.set_bind_group(0, &self.group, &[]);
-        self.rewritten.dispatch(pass, &self.view);
+        by_construction(self.rewritten.dispatch(pass, &self.view));
     }
 
     /// The picture of the original shader, RGBA, row by row.
@@ -323,7 +323,7 @@ impl<'g> Stage<'g> {
     fn shade(&mut self, sri: &Sri) -> Result<(Vec<u8>, Coordinates), DemoError> {
         self.view.write_sri(&self.gpu.queue, sri).map_err(own)?;
         let mut encoder = self.gpu.encoder();
-        self.view.build(&mut encoder);
+        self.view.build(&mut encoder).map_err(own)?;
         self.record_rewritten(
             &mut encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default()),
         );
@@ -357,10 +357,10 @@ impl<'g> Stage<'g> {
                 .write_sri(&self.gpu.queue, &identity)
                 .map_err(own)?;
             let original = timer.time(self.gpu, |pass| self.record_original(pass))?;
-            timer.time(self.gpu, |pass| self.view.build_in(pass))?;
+            timer.time(self.gpu, |pass| by_construction(self.view.build_in(pass)))?;
             let at_full_rate = timer.time(self.gpu, |pass| self.record_rewritten(pass))?;
             self.view.write_sri(&self.gpu.queue, sri).map_err(own)?;
-            let build = timer.time(self.gpu, |pass| self.view.build_in(pass))?;
+            let build = timer.time(self.gpu, |pass| by_construction(self.view.build_in(pass)))?;
             let variable = timer.time(self.gpu, |pass| self.record_rewritten(pass))?;
             let deblocked = timer.time(self.gpu, |pass| deblock.record(pass))?;
             if round > 0 {

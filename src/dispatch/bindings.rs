@@ -5,26 +5,28 @@
 //! their [entries](layout_entries), the caller's bind group the pass's [`Bindings`], and the caller sets it:
 //!
 //! ```no_run
-//! # fn f(device: &wgpu::Device, pass: &vrcs::Pass, view: &vrcs::View, own: wgpu::BindGroupEntry<'_>) -> Option<()> {
-//! let group = pass.shared_group()?;
-//! let added = pass.bindings(view);
+//! # use vrcs::{Mismatch, Pass, View};
+//! # fn f(device: &wgpu::Device, pass: &Pass, view: &View, own: wgpu::BindGroupEntry<'_>) -> Result<Option<()>, Mismatch> {
+//! let added = pass.bindings(view)?;
+//! # let layout = pass.shared_group().and_then(|group| pass.bind_group_layout(group));
+//! # let Some(layout) = layout else { return Ok(None) };
 //! let [params, coords] = added.entries();
 //! let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
 //!     label: None,
-//!     layout: pass.bind_group_layout(group)?,
+//!     layout, // the caller's own, of `pass.shared_group()`
 //!     entries: &[own, params, coords],
 //! });
-//! # Some(())
+//! # Ok(Some(()))
 //! # }
 //! ```
 
-use super::Pass;
+use super::{Mismatch, Pass};
 use crate::view::View;
 
 /// The added bindings of a pass over a view: the parameters and the coordinate buffer.
 ///
-/// They hold until the view's extent grows past what its buffers fit: make the bind group anew after
-/// [`View::set_extent`], as for any texture of the picture's size.
+/// They hold until the view's extent grows past what its buffers fit: make the bind group anew when [`View::generation`] is another
+/// than it was, as for any texture of the picture's size that is made anew.
 #[derive(Clone, Debug)]
 pub struct Bindings {
     /// The parameters, a uniform buffer.
@@ -77,20 +79,17 @@ impl Pass {
 
     /// The added bindings over a view, for the caller's bind group where it is [shared](Pass::shared_group).
     ///
-    /// # Panics
+    /// # Errors
     /// If the pass does not [fit](Pass::check) the view.
-    pub fn bindings(&self, view: &View) -> Bindings {
-        let found = match self.check(view) {
-            Ok(()) => view.bindings(self.original_group_size, self.manifest.mode),
-            Err(mismatch) => panic!("{mismatch}"),
-        };
-        let Some((params, coords)) = found else {
-            unreachable!("the build serves the mode");
-        };
-        Bindings {
+    pub fn bindings(&self, view: &View) -> Result<Bindings, Mismatch> {
+        self.check(view)?;
+        let mode = self.manifest.mode;
+        let found = view.bindings(self.original_group_size, mode);
+        let (params, coords) = found.ok_or(Mismatch::Mode { pass: mode })?;
+        Ok(Bindings {
             params,
             coords,
             first: self.added.binding,
-        }
+        })
     }
 }

@@ -1,10 +1,15 @@
 //! Shaders that were rewritten before: by a build script, or by `vrcs rewrite`.
 
-use std::sync::Arc;
+use naga::{Module, ShaderStage, valid::ModuleInfo};
+use vrcs_passes::{
+    Source, input,
+    manifest::{self, Manifest},
+};
 
-use vrcs_passes::{Source, input, manifest::Manifest};
-
-use super::{Pass, PassError, PassOptions, entry_index, pipeline_layout, place_of, reflect};
+use super::{
+    Pass, PassError, PassOptions,
+    pipeline::{self, Made},
+};
 
 impl Pass {
     /// Makes the pipeline of a shader that has been rewritten: its WGSL text, and its manifest as JSON.
@@ -19,9 +24,16 @@ impl Pass {
         manifest: &str,
         options: &PassOptions,
     ) -> Result<Pass, PassError> {
-        let unfit = |why: String| PassError::Manifest(why);
+        let unfit = PassError::Manifest;
         let manifest: Manifest =
             serde_json::from_str(manifest).map_err(|error| unfit(error.to_string()))?;
+        if manifest.version != manifest::VERSION {
+            return Err(unfit(format!(
+                "it is of version {}, and this is {}: rewrite the shader again",
+                manifest.version,
+                manifest::VERSION
+            )));
+        }
         let entry = match options.entry {
             Some(name) => manifest.entries.into_iter().find(|e| e.name == name),
             None => manifest.entries.into_iter().next(),
@@ -30,14 +42,7 @@ impl Pass {
         let source = Source::new("prewritten.wgsl", text);
         let (module, info) =
             input::wgsl(&source).map_err(|invalid| PassError::Invalid(invalid.rendered))?;
-        let is_there = module.entry_points.iter().any(|e| e.name == entry.name);
-        if !is_there {
-            return Err(unfit(format!(
-                "the text has no entry point `{}`",
-                entry.name
-            )));
-        }
-        let index = entry_index(&module, &entry.name);
+        check(&module, &info, &entry).map_err(unfit)?;
         let mut original_group_size = [0; 3];
         for (size, written) in original_group_size
             .iter_mut()
@@ -50,41 +55,48 @@ impl Pass {
                 )
             })?;
         }
-        super::check_tile(&entry, original_group_size)?;
-        let added = place_of(&entry)?;
-        let layouts = match options.layouts {
-            [] => {
-                let resources = reflect::resources(&module, &info, index)?;
-                reflect::group_layouts(device, &resources, &entry.name)
-            }
-            given => given.iter().map(|layout| layout.cloned()).collect(),
-        };
-        let (layout, is_shared) =
-            pipeline_layout(device, &layouts, added, entry.shares_group, options)?;
-        let shader = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: options.label,
-            source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(module.clone())),
-        });
-        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: options.label,
-            layout: Some(&layout),
-            module: &shader,
-            entry_point: Some(&entry.name),
-            compilation_options: wgpu::PipelineCompilationOptions {
-                constants: options.constants,
-                ..wgpu::PipelineCompilationOptions::default()
-            },
-            cache: None,
-        });
-        Ok(Pass {
-            pipeline,
-            added,
-            is_shared,
-            layouts,
+        let made = Made {
+            module,
+            info: &info,
+            manifest: entry,
             original_group_size,
             warnings: Vec::new(),
-            module: Arc::new(module),
-            manifest: entry,
-        })
+            source: "prewritten",
+        };
+        pipeline::make(device, made, options)
     }
+}
+
+/// Whether a manifest's entry can be that of a text: the two are files of their own, and files get mixed up.
+fn check(module: &Module, info: &ModuleInfo, entry: &manifest::Entry) -> Result<(), String> {
+    let name = &entry.name;
+    let is_it = |e: &naga::EntryPoint| e.name == *name && e.stage == ShaderStage::Compute;
+    let Some(index) = module.entry_points.iter().position(is_it) else {
+        return Err(format!("the text has no compute entry point `{name}`"));
+    };
+    let point = &module.entry_points[index];
+    if point.workgroup_size_overrides.is_none() && point.workgroup_size != entry.workgroup_size {
+        return Err(format!(
+            "the text's `{name}` has workgroups of {:?}, the manifest's of {:?}",
+            point.workgroup_size, entry.workgroup_size
+        ));
+    }
+    if entry.tile.contains(&0) || entry.dispatch.divide.contains(&0) {
+        return Err("a tile or a workgroup of it has no invocations".to_owned());
+    }
+    let uses = info.get_entry_point(index);
+    for added in &entry.bindings {
+        let is_there = module.global_variables.iter().any(|(handle, global)| {
+            let at = global.binding.as_ref();
+            !uses[handle].is_empty()
+                && at.is_some_and(|at| (at.group, at.binding) == (added.group, added.binding))
+        });
+        if !is_there {
+            return Err(format!(
+                "the text's `{name}` binds nothing at group {}, binding {}, where `{}` should be",
+                added.group, added.binding, added.name
+            ));
+        }
+    }
+    Ok(())
 }

@@ -10,7 +10,7 @@ use vrcs_passes::{Options, input};
 
 use super::{PassName, SceneName, frame::Frame};
 use crate::{
-    check::gpu::Gpu,
+    check::gpu::{Gpu, by_construction},
     dispatch::{Pass, PassOptions, reflect},
     view::View,
 };
@@ -223,7 +223,7 @@ impl Stage {
         let variable = rewritten.passes().find(|(known, _)| *known == name);
         if let (Some((_, full_rate)), Some((_, variable))) = (full_rate, variable) {
             pass.set_bind_group(0, &full_rate.group, &[]);
-            variable.dispatch(pass, view);
+            by_construction(variable.dispatch(pass, view));
         }
     }
 

@@ -6,6 +6,7 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::{
     kernel::{self, shader},
+    limits::LimitError,
     sri::{Sri, SriLayout},
 };
 
@@ -27,14 +28,17 @@ pub struct Granularity {
 
 impl Granularity {
     /// For areas of `pixels` (4, 8 or 16) across, on the rates of a picture of `size`.
+    ///
+    /// # Errors
+    /// If the device has too little for the kernel.
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         rates: &wgpu::Buffer,
         size: [u32; 2],
         pixels: u32,
-    ) -> Granularity {
-        let module = kernel::shader_module(device, shader!("granularity.wgsl"), &[]);
+    ) -> Result<Granularity, LimitError> {
+        let module = kernel::shader_module(device, shader!("granularity.wgsl"), &[])?;
         let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some("granularity"),
             layout: None,
@@ -70,11 +74,11 @@ impl Granularity {
                 },
             ],
         });
-        Granularity {
+        Ok(Granularity {
             pipeline,
             group,
             groups: [layout.width, layout.height].map(|quads| quads.div_ceil(64)),
-        }
+        })
     }
 
     /// Records the kernel.

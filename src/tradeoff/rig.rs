@@ -13,7 +13,7 @@ use crate::{
     Rate,
     analyse::{self, Analysis, gpu::BoundAnalysis},
     build::statistics::Statistics,
-    check::gpu::Gpu,
+    check::gpu::{Gpu, by_construction},
     coverage,
     deblock::{Bound, Deblocker, Inputs, PictureInput, luma_pitch},
     plan::{Binding, ColourForm, Plan},
@@ -99,13 +99,9 @@ impl<'s> Rig<'s> {
             _ => None,
         };
         let granularity = match (&analysis, &view, realised.granularity) {
-            (Some(_), Some(view), pixels) if pixels > 2 => Some(Granularity::new(
-                &gpu.device,
-                &gpu.queue,
-                view.sri(),
-                size,
-                pixels,
-            )),
+            (Some(_), Some(view), pixels) if pixels > 2 => Some(
+                Granularity::new(&gpu.device, &gpu.queue, view.sri(), size, pixels).map_err(own)?,
+            ),
             _ => None,
         };
         gpu.check()?;
@@ -156,7 +152,9 @@ impl<'s> Rig<'s> {
             let Analysed {
                 analysis, bound, ..
             } = analysed;
-            analysis.set_frame(&self.gpu.queue, bound, &frame);
+            analysis
+                .set_frame(&self.gpu.queue, bound, &frame)
+                .map_err(own)?;
             if self.realised.camera_motion {
                 recorder.pass("camera motion", |pass| {
                     self.stage.record_camera_motion(pass)
@@ -169,10 +167,10 @@ impl<'s> Rig<'s> {
         }
         let mut order = 0;
         if self.realised.rotate {
-            view.rotate(&self.gpu.queue, number);
+            view.rotate(number);
             order = 1 + number % 4;
         }
-        recorder.pass("build", |pass| view.build_in(pass));
+        recorder.pass("build", |pass| by_construction(view.build_in(pass)));
         for &name in self.stage.scene().passes() {
             recorder.pass(name.entry(), |pass| {
                 self.stage
@@ -362,7 +360,7 @@ impl Analysed {
                 resources.push((binding, buffer.as_entire_binding()));
             }
         }
-        let analysis = Analysis::new(&gpu.device, plan);
+        let analysis = Analysis::new(&gpu.device, plan).map_err(own)?;
         let bound = analysis.bind(&gpu.device, &resources).map_err(own)?;
         Ok(Analysed {
             analysis,

@@ -56,7 +56,7 @@ fn the_camera_moves_pixels_on_the_gpu_as_in_f64_but_for_a_step_of_speed() {
     };
     let plan = Plan::new(&scene, &settings).expect("a plan");
     assert!(!plan.bindings.contains(&Binding::Motion), "{plan}");
-    let analysis = Analysis::new(&gpu.device, &plan);
+    let analysis = Analysis::new(&gpu.device, &plan).expect("a device for it");
     let (mut apart, mut coarse) = (0, 0);
     for (reversed_z, projection) in projections() {
         for step in steps {
@@ -146,7 +146,7 @@ fn a_camera_that_shows_nothing_or_is_not_given_leaves_full_rate() {
             ..Settings::default()
         };
         let plan = Plan::new(&scene, &settings).expect("a plan");
-        let analysis = Analysis::new(&gpu.device, &plan);
+        let analysis = Analysis::new(&gpu.device, &plan).expect("a device for it");
         let turned = projection * glam::DMat4::from_rotation_y(std::f64::consts::PI);
         let cases = [
             (None, 0u8),

@@ -199,7 +199,11 @@ impl Made {
     }
 
     pub fn run(&self, gpu: &Gpu, plan: &Plan, frame: &Frame) -> [Vec<u8>; 6] {
-        self.run_with(gpu, &Analysis::new(&gpu.device, plan), frame)
+        self.run_with(
+            gpu,
+            &Analysis::new(&gpu.device, plan).expect("a device for it"),
+            frame,
+        )
     }
 
     /// With pipelines that are there already.
@@ -285,7 +289,9 @@ impl Made {
         let bound = analysis
             .bind(&gpu.device, &resources)
             .expect("all that the plan binds");
-        analysis.set_frame(&gpu.queue, &bound, frame);
+        analysis
+            .set_frame(&gpu.queue, &bound, frame)
+            .expect("a frame that fits");
         let mut encoder = gpu.encoder();
         analysis.record(
             &mut encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default()),

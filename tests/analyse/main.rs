@@ -95,7 +95,7 @@ fn every_plan_is_made_under_wgpus_default_limits() {
         let settings = settings(&mut rng, &mut scene);
         let plan = Plan::new(&scene, &settings).expect("settings that the scene serves");
         let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let analysis = Analysis::new(&device, &plan);
+        let analysis = Analysis::new(&device, &plan).expect("a device for it");
         let error = pollster::block_on(scope.pop());
         assert!(error.is_none(), "{error:?}\n{}", analysis.plan());
     }

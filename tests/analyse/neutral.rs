@@ -233,7 +233,7 @@ fn a_neutral_input_gives_the_bytes_of_a_plan_that_leaves_the_effect_out() {
         before: camera,
     };
     let without = Plan::new(&base, &settings).expect("a plan");
-    let bare = Analysis::new(&gpu.device, &without);
+    let bare = Analysis::new(&gpu.device, &without).expect("a device for it");
     for (name, declare, ask, quiet) in NEUTRAL {
         let mut made = Made::new(size, size, &mut rng);
         quiet(&mut made);
@@ -246,7 +246,7 @@ fn a_neutral_input_gives_the_bytes_of_a_plan_that_leaves_the_effect_out() {
         };
         let plan = Plan::new(&scene, &with).expect("what it asks for is declared");
         let plain = made.run_with(&gpu, &bare, &frame);
-        let analysis = Analysis::new(&gpu.device, &plan);
+        let analysis = Analysis::new(&gpu.device, &plan).expect("a device for it");
         let neutral = made.run_with(&gpu, &analysis, &frame);
         assert_eq!(analysis.pipeline_count(), plan.passes.len(), "{name}");
         for (i, output) in ["rates", "attachment", "reasons"].into_iter().enumerate() {

@@ -62,7 +62,7 @@ fn the_gpu_equals_the_f64_twin_but_in_the_band_that_it_derives() {
             };
             let scene = Scene::default();
             let plan = Plan::new(&scene, &settings).expect("a plan");
-            let analysis = Analysis::new(&gpu.device, &plan);
+            let analysis = Analysis::new(&gpu.device, &plan).expect("a device for it");
             for kind in 0..3 {
                 let mut made = Made::new(size, size, &mut rng);
                 made.codes = picture(kind, size, &mut rng);

@@ -92,7 +92,7 @@ fn run(
         ..Scene::default()
     };
     let plan = Plan::new(&scene, settings).map_err(|error| error.to_string())?;
-    let analysis = Analysis::new(&gpu.device, &plan);
+    let analysis = Analysis::new(&gpu.device, &plan).expect("a device for it");
     let view = texture(gpu, size, format, bytes);
     let surfaces = materials.map(|bytes| texture(gpu, size, wgpu::TextureFormat::Rg32Float, bytes));
     let layout = SriLayout::new(size[0], size[1]);
@@ -110,7 +110,9 @@ fn run(
         .bind(&gpu.device, &resources)
         .map_err(|error| error.to_string())?;
     let frame = Frame::of_size(size);
-    analysis.set_frame(&gpu.queue, &bound, &frame);
+    analysis
+        .set_frame(&gpu.queue, &bound, &frame)
+        .expect("a frame that fits");
     let mut encoder = gpu.encoder();
     analysis.record(
         &mut encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default()),

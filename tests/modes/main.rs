@@ -74,9 +74,9 @@ impl Shader {
         let mut encoder = gpu.encoder();
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            view.build_in(&mut pass);
+            view.build_in(&mut pass).expect("covered");
             pass.set_bind_group(0, &group, &[]);
-            self.pass.dispatch(&mut pass, view);
+            self.pass.dispatch(&mut pass, view).expect("a view for it");
         }
         let read = gpu.submit_and_read(encoder, &[&result]).expect("a frame");
         bytemuck::pod_collect_to_vec::<u8, u32>(&read[0])
@@ -139,7 +139,7 @@ impl Scene<'_> {
             view.cover(&gpu.queue, &textures.get()).expect("coverage");
         }
         if let Order::Rotating(frame) = self.order {
-            view.rotate(&gpu.queue, frame);
+            view.rotate(frame);
         }
     }
 }

@@ -161,11 +161,11 @@ impl Scene {
     ) -> Result<Vec<u32>, Box<dyn std::error::Error>> {
         view.write_sri(queue, &Sri::uniform(SIZE[0], SIZE[1], rate))?;
         let mut encoder = device.create_command_encoder(&Default::default());
-        view.build(&mut encoder);
+        view.build(&mut encoder)?;
         {
             let mut pass = encoder.begin_compute_pass(&Default::default());
             pass.set_bind_group(bindings::PICTURE.group, &self.bind_group, &[]);
-            light.dispatch(&mut pass, view);
+            light.dispatch(&mut pass, view)?;
         }
         encoder.copy_texture_to_buffer(
             self.picture.as_image_copy(),

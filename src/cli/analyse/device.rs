@@ -68,7 +68,8 @@ pub(super) fn run(gpu: &Gpu, plan: &Plan, inputs: &Inputs) -> Result<Found, Fail
             gpu.info.name
         )));
     }
-    let analysis = Analysis::new(&gpu.device, plan);
+    let misused = |error: &dyn std::fmt::Display| Failure::Misused(error.to_string());
+    let analysis = Analysis::new(&gpu.device, plan).map_err(|error| misused(&error))?;
     let storage = wgpu::BufferUsages::STORAGE;
     let is_bound = |binding| plan.bindings.contains(&binding) || plan.later.contains(&binding);
     let outputs: Vec<(Binding, wgpu::Buffer)> = written(inputs)
@@ -104,9 +105,11 @@ pub(super) fn run(gpu: &Gpu, plan: &Plan, inputs: &Inputs) -> Result<Found, Fail
     }
     let bound = analysis
         .bind(&gpu.device, &resources)
-        .map_err(|error| Failure::Misused(error.to_string()))?;
+        .map_err(|error| misused(&error))?;
     let frame = inputs.frame();
-    analysis.set_frame(&gpu.queue, &bound, &frame);
+    analysis
+        .set_frame(&gpu.queue, &bound, &frame)
+        .map_err(|error| misused(&error))?;
     let mut encoder = gpu.encoder();
     analysis.record(
         &mut encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default()),

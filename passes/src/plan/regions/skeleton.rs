@@ -2,11 +2,11 @@
 //!
 //! *Does*: numbers the statements as [`rebuild`](crate::ir::statements::rebuild) does, tells which of them are the
 //! *skeleton* that all invocations walk through together (barriers, what holds a barrier, what jumps past one), and
-//! gathers what stands between into regions, each of which lies in a [stretch](Stretches): what is written to workgroup memory in one,
-//! nobody else may read in another that is joined to it by a way without a barrier.
+//! gathers what stands between into regions. Regions between which an invocation can walk without a barrier share a
+//! *stretch*: what one of them writes to workgroup memory, nobody else may read in the others.
 //! *Refuses*: calls of functions with barriers inside that could not be [put into their callers](crate::inline).
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use naga::{Block, Expression, Function, Handle, Span, Statement};
 
@@ -24,7 +24,7 @@ pub type RegionId = usize;
 /// A run of statements without a barrier.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Region {
-    /// The [stretch](Stretches) that it lies in.
+    /// What can be reached without a barrier.
     pub stretch: usize,
     /// Whether no barrier can follow, so that statements in it may return.
     pub is_last: bool,
@@ -54,60 +54,35 @@ pub struct Skeleton {
     pub nodes: Vec<Node>,
     /// The regions, in the order of the text.
     pub regions: Vec<Region>,
-    /// Where one can get from where without a barrier.
-    pub stretches: Stretches,
     /// The region of each expression that one computes.
     pub home: BTreeMap<Handle<Expression>, RegionId>,
     /// The statement that gives each expression: its `Emit`, its call, its atomic.
     pub giver: BTreeMap<Handle<Expression>, u32>,
 }
 
-/// Pieces of the skeleton in which no barrier stands, and which of them follow one another without a barrier between. All invocations
-/// of a workgroup take the same way through the skeleton, so two pieces that no such way joins are never under way together: the two
-/// arms of an `if`, or what stands before a barrier in one arm and what comes after the `if`.
-#[derive(Clone, Debug, Default)]
-pub struct Stretches {
-    /// Those that follow each at once.
-    next: Vec<Vec<usize>>,
+/// Gives each stretch a number; joined ones share it.
+#[derive(Default)]
+struct Stretches {
+    joined: Vec<usize>,
 }
 
 impl Stretches {
     fn fresh(&mut self) -> usize {
-        self.next.push(Vec::new());
-        self.next.len() - 1
+        self.joined.push(self.joined.len());
+        self.joined.len() - 1
     }
 
-    /// A new one that follows another.
-    fn after(&mut self, from: usize) -> usize {
-        let fresh = self.fresh();
-        self.lead(from, fresh);
-        fresh
-    }
-
-    fn lead(&mut self, from: usize, to: usize) {
-        self.next[from].push(to);
-    }
-
-    /// Those that invocations may be in while others are still in one, or already in it: it, and those that lead to it or that it leads to.
-    pub fn together_with(&self, stretch: usize) -> BTreeSet<usize> {
-        let mut previous = vec![Vec::new(); self.next.len()];
-        for (from, next) in self.next.iter().enumerate() {
-            next.iter().for_each(|&to| previous[to].push(from));
+    fn of(&self, mut stretch: usize) -> usize {
+        while self.joined[stretch] != stretch {
+            stretch = self.joined[stretch];
         }
-        let mut found = reached(&self.next, stretch);
-        found.extend(reached(&previous, stretch));
-        found
+        stretch
     }
-}
 
-/// What can be reached in a graph from a node on, the node too.
-fn reached(edges: &[Vec<usize>], from: usize) -> BTreeSet<usize> {
-    let mut found = BTreeSet::from([from]);
-    let mut open = vec![from];
-    while let Some(node) = open.pop() {
-        open.extend(edges[node].iter().filter(|&&to| found.insert(to)));
+    fn join(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.of(a), self.of(b));
+        self.joined[a.max(b)] = a.min(b);
     }
-    found
 }
 
 /// A loop or switch of the skeleton that the walk is inside of.
@@ -122,6 +97,7 @@ struct Walk<'w> {
     facts: &'w Facts,
     names: &'w Names<'w>,
     found: Skeleton,
+    stretches: Stretches,
     around: Vec<Around>,
     findings: Vec<Finding>,
 }
@@ -142,17 +118,20 @@ impl Skeleton {
             found: Skeleton {
                 nodes: Vec::new(),
                 regions: Vec::new(),
-                stretches: Stretches::default(),
                 home: BTreeMap::new(),
                 giver: BTreeMap::new(),
             },
+            stretches: Stretches::default(),
             around: Vec::new(),
             findings: Vec::new(),
         };
-        let first = walk.found.stretches.fresh();
+        let first = walk.stretches.fresh();
         walk.block(&function.body, None, first, true, false);
         if !walk.findings.is_empty() {
             return Err(walk.findings);
+        }
+        for region in &mut walk.found.regions {
+            region.stretch = walk.stretches.of(region.stretch);
         }
         Ok(walk.found)
     }
@@ -280,42 +259,33 @@ impl Walk<'_> {
         match statement {
             Statement::Block(block) => self.block(block, Some(number), stretch, last, false),
             Statement::If { accept, reject, .. } => {
-                let end = self.found.stretches.fresh();
-                for arm in [accept, reject] {
-                    let start = self.found.stretches.after(stretch);
-                    let falls = self.block(arm, Some(number), start, last, false);
-                    self.found.stretches.lead(falls, end);
-                }
-                end
+                let accepted = self.block(accept, Some(number), stretch, last, false);
+                let rejected = self.block(reject, Some(number), stretch, last, false);
+                self.stretches.join(accepted, rejected);
+                accepted
             }
             Statement::Switch { cases, .. } => {
-                let end = self.found.stretches.fresh();
+                let end = self.stretches.fresh();
                 self.around.push(Around {
                     statement: number,
                     is_loop: false,
                     breaks: end,
                     continues: end,
                 });
-                let mut before = None;
+                let mut falls = stretch;
                 for case in cases {
-                    let start = self.found.stretches.after(stretch);
-                    if let Some(before) = before {
-                        self.found.stretches.lead(before, start);
-                    }
-                    let falls = self.block(&case.body, Some(number), start, last, false);
-                    self.found.stretches.lead(falls, end);
-                    before = case.fall_through.then_some(falls);
+                    self.stretches.join(falls, stretch);
+                    falls = self.block(&case.body, Some(number), stretch, last, false);
+                    self.stretches.join(falls, end);
                 }
                 self.around.pop();
                 end
             }
             Statement::Loop {
-                body,
-                continuing,
-                break_if,
+                body, continuing, ..
             } => {
-                let start = self.found.stretches.after(stretch);
-                let [middle, end] = [(); 2].map(|()| self.found.stretches.fresh());
+                let [start, middle, end] = [(); 3].map(|()| self.stretches.fresh());
+                self.stretches.join(start, stretch);
                 self.around.push(Around {
                     statement: number,
                     is_loop: true,
@@ -323,12 +293,11 @@ impl Walk<'_> {
                     continues: middle,
                 });
                 let falls = self.block(body, Some(number), start, false, true);
-                self.found.stretches.lead(falls, middle);
+                self.stretches.join(falls, middle);
                 let falls = self.block(continuing, Some(number), middle, false, true);
-                self.found.stretches.lead(falls, start);
-                if break_if.is_some() {
-                    self.found.stretches.lead(falls, end);
-                }
+                self.stretches.join(falls, start);
+                // `break if`
+                self.stretches.join(falls, end);
                 self.around.pop();
                 end
             }
@@ -342,17 +311,15 @@ impl Walk<'_> {
                         target.continues
                     };
                     self.found.nodes[number as usize].target = Some(target.statement);
-                    self.found.stretches.lead(stretch, to);
+                    self.stretches.join(stretch, to);
                 }
-                self.found.stretches.fresh()
+                self.stretches.fresh()
             }
             Statement::WorkGroupUniformLoad { result, .. } => {
                 self.found.giver.insert(*result, number);
-                self.found.stretches.fresh()
+                self.stretches.fresh()
             }
-            // nothing follows a return
-            Statement::Return { .. } => self.found.stretches.fresh(),
-            statement if is_group_barrier(statement) => self.found.stretches.fresh(),
+            statement if is_group_barrier(statement) => self.stretches.fresh(),
             _ => stretch,
         }
     }
