@@ -144,12 +144,8 @@ fn units(value: f32) -> u32 {
 #endif
 }
 
-// The square root of the luma (Eq. 25), 8 bits; see fixed::sqrt_code. What is not finite differs from all its neighbours, so
-// that it asks for full rate.
-fn luma_code(color: vec4<f32>, at: vec2<u32>) -> u32 {
-    if !is_finite(color) {
-        return ((at.x + at.y) & 1u) * 255u;
-    }
+// The square root of the luma (Eq. 25) of a finite color, 8 bits; see fixed::sqrt_code.
+fn luma_code(color: vec4<f32>) -> u32 {
     let c = vec3<u32>(units(color.r), units(color.g), units(color.b));
     if any(c == vec3<u32>(BAD)) {
         return 255u;
@@ -168,12 +164,10 @@ fn luma_code(color: vec4<f32>, at: vec2<u32>) -> u32 {
     return guess + more - less;
 }
 
-// The same, or nothing outside the picture.
-fn code_at(pixel: vec2<u32>, color: vec4<f32>) -> u32 {
-    if any(pixel >= params.extent) {
-        return 0u;
-    }
-    return luma_code(color, pixel);
+// The codes of a quad, whose pixels inside the picture are marked by a byte of ones each. If one of those is not finite, the quad is like
+// a chessboard: whatever lies around it, it asks for full rate.
+fn codes_of(codes: u32, is_finite: bool, inside: u32) -> u32 {
+    return select(0x00ffff00u, codes, is_finite) & inside;
 }
 #endif
 
@@ -287,6 +281,8 @@ fn filter_quads(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
     let colors = array<vec4<f32>, 4>(load(min(a, last)), load(min(b, last)), load(min(c, last)), load(min(d, last)));
 #ifdef LUMA
     var mine = 0u;
+    var inside = 0u;
+    var are_finite = true;
 #endif
     let is_filtered = any(rate.xy != vec2<u32>(0u));
     var quad = Quad(rate, false, vec2<u32>(0u), Taps(no_tap(), no_tap(), no_tap()));
@@ -304,10 +300,15 @@ fn filter_quads(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
             }
         }
 #ifdef LUMA
-        mine |= code_at(pixel, done.color) << (i * 8u);
+        if all(pixel < params.extent) {
+            mine |= luma_code(done.color) << (i * 8u);
+            inside |= 0xffu << (i * 8u);
+            are_finite = are_finite && is_finite(done.color);
+        }
 #endif
     }
 #ifdef LUMA
+    mine = codes_of(mine, are_finite, inside);
     shared_codes[index] = mine;
     workgroupBarrier();
     // of two quads, the left one writes the upper line's word, the right one the lower line's

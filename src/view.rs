@@ -208,8 +208,8 @@ impl View {
                 .clear();
         }
         if !fit || !options.coverage.is_empty() {
-            let bind = |textures| self.builder.bind(&self.device, &self.buffers, textures);
-            self.bound = bind(&Textures::default());
+            let none = Textures::default();
+            self.bound = self.builder.bind(&self.device, &self.buffers, &none);
         }
         self.extent = extent;
         self.layout = CoordLayout::new(size, &options);

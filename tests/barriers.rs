@@ -8,7 +8,7 @@ use vrcs::{
     build::BuildOptions,
     check::{Job, Report},
 };
-use vrcs_passes::{Source, options::MaxRate};
+use vrcs_passes::{Entries, Options, Source, options::MaxRate, rewrite};
 
 fn shader(name: &str) -> Source {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -44,6 +44,7 @@ macro_rules! laws {
 }
 
 laws! {
+    batches_until
     bilateral
     blur_apron
     blur_separable
@@ -55,6 +56,7 @@ laws! {
     nested_loops
     occlusion
     other_barriers
+    override_lengths
     override_size
     own_stack
     prefix_sum
@@ -83,17 +85,37 @@ fn larger_rates() {
     }
 }
 
+/// What the author sums up in registers stays there: invocations that are not under way together cannot disturb one another's workgroup
+/// memory, so nothing of it has to be handed on.
+#[test]
+fn what_a_barrier_keeps_apart_is_not_exchanged() {
+    for name in ["batches_until", "one_arm", "light_batches"] {
+        let (module, info) = common::parse(&shader(name));
+        let rewritten = rewrite(&module, &info, Entries::PerPixel, &Options::default())
+            .unwrap_or_else(|refusal| panic!("{name}: {refusal:?}"));
+        let warnings: Vec<_> = rewritten.warnings.iter().map(|(_, w)| &w.message).collect();
+        assert!(warnings.is_empty(), "{name}: {warnings:?}");
+    }
+    // the test can fail: a value that only its invocation knows
+    let (module, info) = common::parse(&shader("handed_on"));
+    let rewritten =
+        rewrite(&module, &info, Entries::PerPixel, &Options::default()).expect("a rewrite");
+    assert!(!rewritten.warnings.is_empty());
+}
+
 /// The sides of a workgroup that overrides decide: the tile follows them.
 #[test]
 fn override_sizes() {
     for [width, height] in [[16, 16], [8, 4], [32, 1], [64, 1]] {
-        let mut job = Job::new("main");
-        job.seed = common::seed();
-        job.cases = cases().min(8);
-        job.settings.set = [("WIDTH", width), ("HEIGHT", height)]
-            .map(|(name, side)| (name.to_owned(), vec![f64::from(side)]))
-            .into();
-        common::assert_passed(&common::run(&shader("override_size"), &job));
+        for name in ["override_size", "override_lengths"] {
+            let mut job = Job::new("main");
+            job.seed = common::seed();
+            job.cases = cases().min(8);
+            job.settings.set = [("WIDTH", width), ("HEIGHT", height)]
+                .map(|(name, side)| (name.to_owned(), vec![f64::from(side)]))
+                .into();
+            common::assert_passed(&common::run(&shader(name), &job));
+        }
     }
 }
 

@@ -43,6 +43,35 @@ fn workgroup_sizes_of_overrides_are_put_back() {
 }
 
 #[test]
+fn lengths_of_overrides_are_put_back() {
+    let text = written(
+        "
+        override WIDTH: u32 = 8u;
+        alias Tile = array<vec4<f32>, WIDTH * 2u>;
+        struct Pair { a: f32, b: vec2<f32> }
+        var<workgroup> first: Tile;
+        var<workgroup> second: Tile;
+        var<workgroup> pairs: array<Pair, WIDTH>;
+        override SCALE: f32 = 0.5;
+        @compute @workgroup_size(WIDTH) fn main(@builtin(local_invocation_index) lane: u32) {
+            first[lane] = vec4(SCALE);
+            second[lane] = first[lane];
+            pairs[lane].a = second[lane].x;
+        }
+        ",
+    );
+    for line in [
+        "var<workgroup> first: array<vec4<f32>, (WIDTH * 2u)>;",
+        "var<workgroup> second: array<vec4<f32>, (WIDTH * 2u)>;",
+        "var<workgroup> pairs: array<Pair, WIDTH>;",
+        "override SCALE: f32 = 0.5f;",
+    ] {
+        assert!(text.contains(line), "{text}");
+    }
+    assert_eq!(text.matches("override ").count(), 2, "{text}");
+}
+
+#[test]
 fn initialisers_that_are_computed_from_overrides_are_put_back() {
     let text = written(
         "

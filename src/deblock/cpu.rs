@@ -74,13 +74,21 @@ pub fn deblock(scene: &Scene) -> Deblocked {
     result
 }
 
-/// √luma of a color, 8 bits, as the pass writes it; see [`Luma`](super::Luma).
-pub fn luma_code(luma: &super::Luma, color: [f32; 4], at: [u32; 2]) -> u8 {
-    let channels = [color[0], color[1], color[2]];
-    if channels.iter().any(|c| !c.is_finite()) {
-        return ((at[0] + at[1]) & 1) as u8 * 255;
+/// √luma of a quad's pixels, 8 bits each, row by row, as the pass writes it; see [`Luma`](super::Luma). `None` stands for a pixel outside
+/// the picture, and gives 0.
+pub fn luma_codes(luma: &super::Luma, quad: [Option<[f32; 4]>; 4]) -> [u8; 4] {
+    let is_finite = |color: &[f32; 4]| color[..3].iter().all(|c| c.is_finite());
+    if quad.iter().flatten().all(is_finite) {
+        quad.map(|color| color.map_or(0, |color| luma_code(luma, color)))
+    } else {
+        let chessboard = [0, 255, 255, 0];
+        std::array::from_fn(|i| quad[i].map_or(0, |_| chessboard[i]))
     }
-    let units = channels.map(|channel| match luma.transfer {
+}
+
+/// √luma of a finite color.
+fn luma_code(luma: &super::Luma, color: [f32; 4]) -> u8 {
+    let units = [color[0], color[1], color[2]].map(|channel| match luma.transfer {
         Some(transfer) => {
             let code = (channel * 255.0 + 0.5) as u8;
             Some(linear_code(code, transfer))

@@ -45,25 +45,25 @@ const ELSEWHERE: &[Elsewhere] = &[
     Elsewhere {
         id: "E30",
         what: "fifty runs of the deblocker are one run, bit for bit",
-        file: "tests/deblock.rs",
+        file: "tests/deblock/twin.rs",
         test: "fifty_runs_are_one_run",
     },
     Elsewhere {
         id: "E31",
         what: "a silhouette at 1e4 does not leak over its edge; infinity and NaN are not spread",
-        file: "tests/deblock.rs",
+        file: "tests/deblock/edges.rs",
         test: "a_bright_silhouette_does_not_leak",
     },
     Elsewhere {
         id: "E31",
         what: "what is not finite is not spread at all, and is reported",
-        file: "tests/deblock.rs",
+        file: "tests/deblock/edges.rs",
         test: "what_is_not_finite_does_not_spread_and_is_reported",
     },
     Elsewhere {
         id: "E35",
         what: "a floor that recedes steeply is one surface to coverage and deblocker",
-        file: "tests/deblock.rs",
+        file: "tests/deblock/edges.rs",
         test: "a_floor_that_recedes_steeply_is_one_surface",
     },
     Elsewhere {

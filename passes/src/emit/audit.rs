@@ -6,11 +6,11 @@
 //! validates.
 
 use naga::{
-    AddressSpace, ArraySize, EntryPoint, Expression, Handle, Module, Type, TypeInner,
+    AddressSpace, ArraySize, EntryPoint, Expression, Handle, Module, Override, Type, TypeInner,
     valid::{Capabilities, ValidationFlags, Validator},
 };
 
-use super::{EmitError, repair::written_structs};
+use super::{EmitError, lengths::is_declared, repair::written_structs};
 
 /// Compares.
 ///
@@ -125,7 +125,7 @@ impl Audit<'_> {
                     size: size_b,
                     stride: stride_b,
                 },
-            ) => stride_a == stride_b && same_size(*size_a, *size_b) && self.same_type(*a, *b),
+            ) => stride_a == stride_b && self.same_size(*size_a, *size_b) && self.same_type(*a, *b),
             (
                 TypeInner::BindingArray {
                     base: a,
@@ -135,7 +135,7 @@ impl Audit<'_> {
                     base: b,
                     size: size_b,
                 },
-            ) => same_size(*size_a, *size_b) && self.same_type(*a, *b),
+            ) => self.same_size(*size_a, *size_b) && self.same_type(*a, *b),
             (
                 TypeInner::Pointer {
                     base: a,
@@ -171,11 +171,11 @@ impl Audit<'_> {
     }
 
     fn overrides(&self) -> Result<(), EmitError> {
-        let (before, after) = (&self.module.overrides, &self.written.overrides);
+        let (before, after) = (declared(self.module), declared(self.written));
         check(before.len() == after.len(), || {
             "it has another number of overrides".to_owned()
         })?;
-        for ((_, before), (_, after)) in before.iter().zip(after.iter()) {
+        for ((_, before), (_, after)) in before.into_iter().zip(after) {
             // an override with a number is set by it, one without by its name
             check(
                 before.id == after.id
@@ -186,6 +186,28 @@ impl Audit<'_> {
             )?;
         }
         Ok(())
+    }
+
+    /// Whether two overrides are the same one: by their numbers among those that are declared, or, of those that stand for a computed
+    /// length, by what it is computed from.
+    fn same_override(&self, before: Handle<Override>, after: Handle<Override>) -> bool {
+        let (a, b) = (
+            &self.module.overrides[before],
+            &self.written.overrides[after],
+        );
+        if let (false, false) = (is_declared(a), is_declared(b)) {
+            return matches!((a.init, b.init), (Some(a), Some(b)) if self.same_expression(a, b));
+        }
+        let place = |module, handle| declared(module).iter().position(|(h, _)| *h == handle);
+        let (a, b) = (place(self.module, before), place(self.written, after));
+        a.is_some() && a == b
+    }
+
+    fn same_size(&self, before: ArraySize, after: ArraySize) -> bool {
+        match (before, after) {
+            (ArraySize::Pending(a), ArraySize::Pending(b)) => self.same_override(a, b),
+            (a, b) => a == b,
+        }
     }
 
     fn entries(&self) -> Result<(), EmitError> {
@@ -243,7 +265,7 @@ impl Audit<'_> {
         let (a, b) = (operands(before), operands(after));
         let same_leaf = match (before, after) {
             (Expression::Literal(a), Expression::Literal(b)) => a == b,
-            (Expression::Override(a), Expression::Override(b)) => a.index() == b.index(),
+            (Expression::Override(a), Expression::Override(b)) => self.same_override(*a, *b),
             (Expression::Binary { op: a, .. }, Expression::Binary { op: b, .. }) => a == b,
             (a, b) => std::mem::discriminant(a) == std::mem::discriminant(b),
         };
@@ -255,11 +277,10 @@ impl Audit<'_> {
     }
 }
 
-fn same_size(before: ArraySize, after: ArraySize) -> bool {
-    match (before, after) {
-        (ArraySize::Pending(a), ArraySize::Pending(b)) => a.index() == b.index(),
-        (a, b) => a == b,
-    }
+/// The overrides that the text declares.
+fn declared(module: &Module) -> Vec<(Handle<Override>, &Override)> {
+    let overrides = module.overrides.iter();
+    overrides.filter(|(_, item)| is_declared(item)).collect()
 }
 
 fn same_space(before: AddressSpace, after: AddressSpace) -> bool {

@@ -5,7 +5,7 @@
 //!
 //! naga's WGSL writer leaves things out without a word: `@size` and `@align`, workgroup sizes that overrides decide,
 //! `enable subgroups;`. It puts an underscore behind names that end in a digit, overrides included, which the host
-//! sets by name. And it panics on ray queries and on initialisers that are computed from overrides.
+//! sets by name. It leaves out of what an array is whose length an override decides. And it panics on ray queries and on initialisers that are computed from overrides.
 //!
 //! *Does*: writes the text, puts back what was left out, then [compares](audit) a fresh parse of it with the
 //! module.
@@ -15,6 +15,7 @@
 
 pub mod audit;
 pub(crate) mod constant;
+mod lengths;
 #[cfg(any(feature = "spirv", feature = "hlsl", feature = "msl", feature = "glsl"))]
 mod native;
 #[cfg(not(any(feature = "spirv", feature = "hlsl", feature = "msl", feature = "glsl")))]
@@ -146,11 +147,12 @@ pub fn wgsl_with(
     deep::run_if_deep(deep::of_module(module), || {
         refuse_what_panics(module)?;
         let (writable, left_out) = constant::without_computed_initialisers(module);
+        let (writable, lengths) = lengths::numbered(writable);
         let writable = shallow::shallow(writable);
         let flags = naga::back::wgsl::WriterFlags::empty();
         let text = naga::back::wgsl::write_string(&writable, info, flags)
             .map_err(|error| EmitError::Writer(error.to_string()))?;
-        let text = repair::repair(text, module, &left_out)?;
+        let text = repair::repair(text, module, &left_out, &lengths)?;
         let text = repair::put_directives(text, directives);
         audit::audit(module, &text)?;
         Ok(text)

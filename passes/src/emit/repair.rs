@@ -1,5 +1,5 @@
-//! Puts back into written WGSL what naga's writer leaves out: names that end in a digit, struct layouts, workgroup sizes
-//! and initialisers that are computed from overrides, `enable subgroups;`.
+//! Puts back into written WGSL what naga's writer leaves out: names that end in a digit, struct layouts, workgroup sizes,
+//! initialisers and lengths of arrays that are computed from overrides, `enable subgroups;`.
 //!
 //! *Needs*: text as naga 30 writes it: no comments, one struct member a line, one declaration a line, in the order of the
 //! module's arenas. The [audit](super::audit) finds out if a later naga writes otherwise.
@@ -14,6 +14,7 @@ use naga::{
 use super::{
     EmitError,
     constant::{self, Initialised, LeftOut},
+    lengths::{self, Length},
 };
 use crate::{input::Directives, ir::visit};
 
@@ -22,6 +23,7 @@ pub(super) fn repair(
     text: String,
     module: &Module,
     left_out: &[LeftOut],
+    lengths: &[Length],
 ) -> Result<String, EmitError> {
     let text = restore_names(text, module);
     let gaps = layout_gaps(module)?;
@@ -32,7 +34,7 @@ pub(super) fn repair(
         out.push_str("enable subgroups;\n\n");
     }
     let mut structs = written_structs(module).into_iter();
-    let mut overrides = 0..module.overrides.len();
+    let mut overrides = module.overrides.iter();
     let mut globals = 0..module.global_variables.len();
     let mut entries = module.entry_points.iter();
     let mut members: Option<(Handle<Type>, usize)> = None;
@@ -51,7 +53,11 @@ pub(super) fn repair(
             }
             *index += 1;
         } else if is_declaration(&line, "override ") {
-            let of = overrides.next().map(Initialised::Override);
+            let item = overrides.next();
+            if item.is_some_and(|(_, item)| !lengths::is_declared(item)) {
+                continue;
+            }
+            let of = item.map(|(handle, _)| Initialised::Override(handle.index()));
             initialise(&mut line, of, module, left_out, &override_name)?;
         } else if is_declaration(&line, "var") {
             let of = globals.next().map(Initialised::Global);
@@ -71,6 +77,7 @@ pub(super) fn repair(
             }
             line = format!("@compute @workgroup_size({}) ", written.join(", "));
         }
+        lengths::put(&mut line, lengths, module, &override_name)?;
         out.push_str(line.trim_end());
         out.push('\n');
     }

@@ -2,11 +2,11 @@
 //!
 //! *Does*: numbers the statements as [`rebuild`](crate::ir::statements::rebuild) does, tells which of them are the
 //! *skeleton* that all invocations walk through together (barriers, what holds a barrier, what jumps past one), and
-//! gathers what stands between into regions. Regions between which an invocation can walk without a barrier share a
-//! *stretch*: what one of them writes to workgroup memory, nobody else may read in the others.
+//! gathers what stands between into regions, each of which lies in a [stretch](Stretches): what is written to workgroup memory in one,
+//! nobody else may read in another that is joined to it by a way without a barrier.
 //! *Refuses*: calls of functions with barriers inside that could not be [put into their callers](crate::inline).
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use naga::{Block, Expression, Function, Handle, Span, Statement};
 
@@ -24,7 +24,7 @@ pub type RegionId = usize;
 /// A run of statements without a barrier.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Region {
-    /// What can be reached without a barrier.
+    /// The [stretch](Stretches) that it lies in.
     pub stretch: usize,
     /// Whether no barrier can follow, so that statements in it may return.
     pub is_last: bool,
@@ -54,35 +54,60 @@ pub struct Skeleton {
     pub nodes: Vec<Node>,
     /// The regions, in the order of the text.
     pub regions: Vec<Region>,
+    /// Where one can get from where without a barrier.
+    pub stretches: Stretches,
     /// The region of each expression that one computes.
     pub home: BTreeMap<Handle<Expression>, RegionId>,
     /// The statement that gives each expression: its `Emit`, its call, its atomic.
     pub giver: BTreeMap<Handle<Expression>, u32>,
 }
 
-/// Gives each stretch a number; joined ones share it.
-#[derive(Default)]
-struct Stretches {
-    joined: Vec<usize>,
+/// Pieces of the skeleton in which no barrier stands, and which of them follow one another without a barrier between. All invocations
+/// of a workgroup take the same way through the skeleton, so two pieces that no such way joins are never under way together: the two
+/// arms of an `if`, or what stands before a barrier in one arm and what comes after the `if`.
+#[derive(Clone, Debug, Default)]
+pub struct Stretches {
+    /// Those that follow each at once.
+    next: Vec<Vec<usize>>,
 }
 
 impl Stretches {
     fn fresh(&mut self) -> usize {
-        self.joined.push(self.joined.len());
-        self.joined.len() - 1
+        self.next.push(Vec::new());
+        self.next.len() - 1
     }
 
-    fn of(&self, mut stretch: usize) -> usize {
-        while self.joined[stretch] != stretch {
-            stretch = self.joined[stretch];
+    /// A new one that follows another.
+    fn after(&mut self, from: usize) -> usize {
+        let fresh = self.fresh();
+        self.lead(from, fresh);
+        fresh
+    }
+
+    fn lead(&mut self, from: usize, to: usize) {
+        self.next[from].push(to);
+    }
+
+    /// Those that invocations may be in while others are still in one, or already in it: it, and those that lead to it or that it leads to.
+    pub fn together_with(&self, stretch: usize) -> BTreeSet<usize> {
+        let mut previous = vec![Vec::new(); self.next.len()];
+        for (from, next) in self.next.iter().enumerate() {
+            next.iter().for_each(|&to| previous[to].push(from));
         }
-        stretch
+        let mut found = reached(&self.next, stretch);
+        found.extend(reached(&previous, stretch));
+        found
     }
+}
 
-    fn join(&mut self, a: usize, b: usize) {
-        let (a, b) = (self.of(a), self.of(b));
-        self.joined[a.max(b)] = a.min(b);
+/// What can be reached in a graph from a node on, the node too.
+fn reached(edges: &[Vec<usize>], from: usize) -> BTreeSet<usize> {
+    let mut found = BTreeSet::from([from]);
+    let mut open = vec![from];
+    while let Some(node) = open.pop() {
+        open.extend(edges[node].iter().filter(|&&to| found.insert(to)));
     }
+    found
 }
 
 /// A loop or switch of the skeleton that the walk is inside of.
@@ -97,7 +122,6 @@ struct Walk<'w> {
     facts: &'w Facts,
     names: &'w Names<'w>,
     found: Skeleton,
-    stretches: Stretches,
     around: Vec<Around>,
     findings: Vec<Finding>,
 }
@@ -118,20 +142,17 @@ impl Skeleton {
             found: Skeleton {
                 nodes: Vec::new(),
                 regions: Vec::new(),
+                stretches: Stretches::default(),
                 home: BTreeMap::new(),
                 giver: BTreeMap::new(),
             },
-            stretches: Stretches::default(),
             around: Vec::new(),
             findings: Vec::new(),
         };
-        let first = walk.stretches.fresh();
+        let first = walk.found.stretches.fresh();
         walk.block(&function.body, None, first, true, false);
         if !walk.findings.is_empty() {
             return Err(walk.findings);
-        }
-        for region in &mut walk.found.regions {
-            region.stretch = walk.stretches.of(region.stretch);
         }
         Ok(walk.found)
     }
@@ -259,33 +280,42 @@ impl Walk<'_> {
         match statement {
             Statement::Block(block) => self.block(block, Some(number), stretch, last, false),
             Statement::If { accept, reject, .. } => {
-                let accepted = self.block(accept, Some(number), stretch, last, false);
-                let rejected = self.block(reject, Some(number), stretch, last, false);
-                self.stretches.join(accepted, rejected);
-                accepted
+                let end = self.found.stretches.fresh();
+                for arm in [accept, reject] {
+                    let start = self.found.stretches.after(stretch);
+                    let falls = self.block(arm, Some(number), start, last, false);
+                    self.found.stretches.lead(falls, end);
+                }
+                end
             }
             Statement::Switch { cases, .. } => {
-                let end = self.stretches.fresh();
+                let end = self.found.stretches.fresh();
                 self.around.push(Around {
                     statement: number,
                     is_loop: false,
                     breaks: end,
                     continues: end,
                 });
-                let mut falls = stretch;
+                let mut before = None;
                 for case in cases {
-                    self.stretches.join(falls, stretch);
-                    falls = self.block(&case.body, Some(number), stretch, last, false);
-                    self.stretches.join(falls, end);
+                    let start = self.found.stretches.after(stretch);
+                    if let Some(before) = before {
+                        self.found.stretches.lead(before, start);
+                    }
+                    let falls = self.block(&case.body, Some(number), start, last, false);
+                    self.found.stretches.lead(falls, end);
+                    before = case.fall_through.then_some(falls);
                 }
                 self.around.pop();
                 end
             }
             Statement::Loop {
-                body, continuing, ..
+                body,
+                continuing,
+                break_if,
             } => {
-                let [start, middle, end] = [(); 3].map(|()| self.stretches.fresh());
-                self.stretches.join(start, stretch);
+                let start = self.found.stretches.after(stretch);
+                let [middle, end] = [(); 2].map(|()| self.found.stretches.fresh());
                 self.around.push(Around {
                     statement: number,
                     is_loop: true,
@@ -293,11 +323,12 @@ impl Walk<'_> {
                     continues: middle,
                 });
                 let falls = self.block(body, Some(number), start, false, true);
-                self.stretches.join(falls, middle);
+                self.found.stretches.lead(falls, middle);
                 let falls = self.block(continuing, Some(number), middle, false, true);
-                self.stretches.join(falls, start);
-                // `break if`
-                self.stretches.join(falls, end);
+                self.found.stretches.lead(falls, start);
+                if break_if.is_some() {
+                    self.found.stretches.lead(falls, end);
+                }
                 self.around.pop();
                 end
             }
@@ -311,15 +342,17 @@ impl Walk<'_> {
                         target.continues
                     };
                     self.found.nodes[number as usize].target = Some(target.statement);
-                    self.stretches.join(stretch, to);
+                    self.found.stretches.lead(stretch, to);
                 }
-                self.stretches.fresh()
+                self.found.stretches.fresh()
             }
             Statement::WorkGroupUniformLoad { result, .. } => {
                 self.found.giver.insert(*result, number);
-                self.stretches.fresh()
+                self.found.stretches.fresh()
             }
-            statement if is_group_barrier(statement) => self.stretches.fresh(),
+            // nothing follows a return
+            Statement::Return { .. } => self.found.stretches.fresh(),
+            statement if is_group_barrier(statement) => self.found.stretches.fresh(),
             _ => stretch,
         }
     }

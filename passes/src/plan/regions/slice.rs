@@ -1,7 +1,7 @@
 //! Slices an entry point backwards, from what it does to workgroup memory and from its stores.
 //!
 //! *Does*: first finds, region by region, the values that only the invocation itself can have (`Reach`): results of
-//! atomics on workgroup memory, workgroup memory that is written in the same stretch, and whatever is made of them or
+//! atomics on workgroup memory, workgroup memory that is written without a barrier between, and whatever is made of them or
 //! chosen by them. Then follows both slices to their fixed point. Variables are taken as a whole: who needs a variable
 //! needs all stores to it.
 //! *Guarantees*: the per-pixel slice holds no write to workgroup memory and no value of that first kind; where it needs one
@@ -46,7 +46,7 @@ struct Slicer<'s> {
     writers: BTreeMap<Variable, Vec<u32>>,
     /// The jumps that leave or repeat each loop or switch.
     jumps: BTreeMap<u32, Vec<u32>>,
-    /// The workgroup variables that are written in each stretch.
+    /// The workgroup variables that are written while invocations may be in each stretch.
     written: BTreeMap<usize, BTreeSet<Handle<GlobalVariable>>>,
     reach: Reach,
     masked: BTreeMap<RegionId, Vec<u32>>,
@@ -245,15 +245,19 @@ impl Slicer<'_> {
             if let Some(target) = self.skeleton.nodes[number as usize].target {
                 self.jumps.entry(target).or_default().push(number);
             }
-            if let Some(region) = self.region(number) {
+            let written = self.group_writes(statement);
+            if let Some(region) = self.region(number)
+                && !written.is_empty()
+            {
                 let stretch = self.skeleton.regions[region].stretch;
-                let written = self.group_writes(statement);
-                self.written.entry(stretch).or_default().extend(written);
+                for stretch in self.skeleton.stretches.together_with(stretch) {
+                    self.written.entry(stretch).or_default().extend(&written);
+                }
             }
         }
     }
 
-    /// Whether workgroup memory is written where it is read.
+    /// Whether workgroup memory is written while it is read.
     fn is_contested(&self, region: RegionId, global: Handle<GlobalVariable>) -> bool {
         let stretch = self.skeleton.regions[region].stretch;
         self.written
