@@ -29,8 +29,8 @@ fn tiles_are_fetched_by_their_furthest_depth_as_in_the_twin() {
     let mut reasons = std::collections::BTreeSet::new();
     for case in 0..20 {
         let size = sizes[case % sizes.len()];
-        // the first is at rest, and full of mirrors
-        let is_mirror = case == 0;
+        // the first two are at rest: one full of mirrors, one plain
+        let (is_known, is_mirror) = (case < 2, case == 0);
         let previous = match rng.u32(..3) {
             0 => size.map(|side| (side / 2).max(8)),
             _ => size,
@@ -40,7 +40,10 @@ fn tiles_are_fetched_by_their_furthest_depth_as_in_the_twin() {
         for (i, depth) in made.depth.iter_mut().enumerate() {
             *depth = [0.25, 0.5, 0.75][(i / 5 + i / 97) % 3];
         }
-        if rng.u32(..4) == 0 {
+        if is_known && !is_mirror {
+            made.codes.fill([90; 4]);
+        }
+        if !is_known && rng.u32(..4) == 0 {
             let at = rng.usize(..made.depth.len());
             made.depth[at] = f32::NAN;
         }
@@ -58,7 +61,7 @@ fn tiles_are_fetched_by_their_furthest_depth_as_in_the_twin() {
         // what is further moves further: a shear
         let mut shear = glam::DMat4::IDENTITY;
         let mut sixteenths = |side: u32| f64::from(rng.i32(-32..=32)) / 32.0 / f64::from(side);
-        if !is_mirror {
+        if !is_known {
             shear.z_axis.x = sixteenths(size[0]);
             shear.z_axis.y = sixteenths(size[1]);
         }
@@ -66,8 +69,8 @@ fn tiles_are_fetched_by_their_furthest_depth_as_in_the_twin() {
             cameras: true,
             depth: true,
             flags: rng.bool(),
-            materials: is_mirror || rng.bool(),
-            colour: match is_mirror {
+            materials: is_mirror || !is_known && rng.bool(),
+            colour: match is_known {
                 true => ColourForm::Codes,
                 false => {
                     [ColourForm::Codes, ColourForm::Linear, ColourForm::SqrtLuma][rng.usize(..3)]
@@ -88,7 +91,7 @@ fn tiles_are_fetched_by_their_furthest_depth_as_in_the_twin() {
             reprojection: Some(Reprojection {
                 fetch: Fetch::Tile,
                 reversed_z,
-                tolerance: [0.1, f64::INFINITY][if is_mirror { 1 } else { rng.usize(..2) }],
+                tolerance: [0.1, f64::INFINITY][if is_known { 1 } else { rng.usize(..2) }],
                 ..Reprojection::default()
             }),
             materials: scene.materials.then(|| Materials {
@@ -102,7 +105,7 @@ fn tiles_are_fetched_by_their_furthest_depth_as_in_the_twin() {
         let plan = Plan::new(&scene, &settings).expect("a plan");
         let frame = Frame {
             previous_size: previous,
-            has_history: is_mirror || rng.u32(..12) > 0,
+            has_history: is_known || rng.u32(..12) > 0,
             cameras: Some(Cameras {
                 now,
                 before: now * shear,
@@ -118,7 +121,12 @@ fn tiles_are_fetched_by_their_furthest_depth_as_in_the_twin() {
         reasons.extend(wanted.reasons.iter().copied());
     }
     assert!(reasons.contains(&(Reason::Material as u8)), "{reasons:?}");
-    assert!(rates.len() > 2, "{rates:?} tell nothing");
+    // a tile that is coarse, and one that is not
+    let is_coarse = |code: &u8| Rate::R2X2.is_within(Rate::from_code_or_full(*code));
+    assert!(
+        rates.contains(&0) && rates.iter().any(is_coarse),
+        "{rates:?}"
+    );
 }
 
 #[test]
