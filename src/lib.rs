@@ -90,6 +90,8 @@ pub mod limits;
 #[cfg(feature = "cli")]
 pub mod metrics;
 mod object;
+#[cfg(feature = "cli")]
+mod picture;
 pub mod plan;
 pub mod rate;
 #[cfg(feature = "cli")]

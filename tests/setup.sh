@@ -18,16 +18,32 @@ for package in $wanted; do
         missing="$missing $package"
     fi
 done
-if [ -z "$missing" ]; then
-    exit 0
+
+install_packages() {
+    as_root=""
+    if [ "$(id -u)" != 0 ]; then
+        as_root="sudo"
+    fi
+    echo "installing$missing" >&2
+    export DEBIAN_FRONTEND=noninteractive
+    $as_root apt-get update -q
+    # shellcheck disable=SC2086 # a list of words
+    $as_root apt-get install -q -y --no-install-recommends $missing
+}
+
+if [ -n "$missing" ]; then
+    install_packages
 fi
 
-as_root=""
-if [ "$(id -u)" != 0 ]; then
-    as_root="sudo"
+# the licences of what we depend on are checked by a program; the oldest Rust that will do has to be there, if there is another
+if [ "${1:-tests}" = tests ]; then
+    if ! cargo deny --version >/dev/null 2>&1; then
+        echo "installing cargo-deny" >&2
+        cargo install --quiet --debug --locked cargo-deny@0.20.2
+    fi
+    msrv="$(sed -n 's/^rust-version = "\(.*\)"/\1/p' "$(dirname "$0")/../Cargo.toml")"
+    case "$(rustc --version)" in
+    "rustc $msrv."*) ;;
+    *) cargo "+$msrv" --version >/dev/null 2>&1 || rustup toolchain install --profile minimal "$msrv" ;;
+    esac
 fi
-echo "installing$missing" >&2
-export DEBIAN_FRONTEND=noninteractive
-$as_root apt-get update -q
-# shellcheck disable=SC2086 # a list of words
-$as_root apt-get install -q -y --no-install-recommends $missing

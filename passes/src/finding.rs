@@ -233,21 +233,7 @@ impl Finding {
                     .map(|help| format!("help: {help}"))
                     .collect(),
             );
-        let mut buffer = match color {
-            Color::Always => termcolor::Buffer::ansi(),
-            Color::Never => termcolor::Buffer::no_color(),
-        };
-        // writing to memory fails only if a label lies outside its file, and `locate` has cut it
-        let written = term::emit_to_write_style(
-            &mut buffer,
-            &term::Config::default(),
-            &source.codespan_files(),
-            &diagnostic,
-        );
-        match written {
-            Ok(()) => String::from_utf8_lossy(buffer.as_slice()).into_owned(),
-            Err(_) => format!("{self}\n"),
-        }
+        emit(&diagnostic, source, color).unwrap_or_else(|| format!("{self}\n"))
     }
 }
 
@@ -265,6 +251,26 @@ pub enum Color {
     Never,
     /// ANSI colours.
     Always,
+}
+
+/// Renders a diagnostic, in colour or not. `None` if a label lies outside its file, which [`Source::locate`] rules out.
+pub(crate) fn emit(
+    diagnostic: &Diagnostic<usize>,
+    source: &Source,
+    color: Color,
+) -> Option<String> {
+    let mut buffer = match color {
+        Color::Always => termcolor::Buffer::ansi(),
+        Color::Never => termcolor::Buffer::no_color(),
+    };
+    term::emit_to_write_style(
+        &mut buffer,
+        &term::Config::default(),
+        &source.codespan_files(),
+        diagnostic,
+    )
+    .ok()?;
+    Some(String::from_utf8_lossy(buffer.as_slice()).into_owned())
 }
 
 /// Why an entry point was not rewritten: one finding or several, the weightiest first.

@@ -79,7 +79,7 @@ impl From<&Invalid> for Told {
             severity: "invalid".to_owned(),
             message: invalid.message.clone(),
             places: place.into_iter().collect(),
-            help: invalid.help.clone(),
+            help: invalid.help.as_deref().map(str::to_owned),
         }
     }
 }

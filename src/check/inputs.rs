@@ -107,6 +107,7 @@ pub struct Maker<'m> {
     /// The smaller integers that the shader spells out.
     literals: Rc<[u32]>,
     breadth: u32,
+    reach: u32,
 }
 
 /// The integers below 1024 that a module spells out, in order.
@@ -136,6 +137,8 @@ pub struct Seeds {
     pub data: u64,
     /// How varied the numbers are: 0 for small integers, and floats between 0 and 1.
     pub breadth: u32,
+    /// How far floats that are only read lie from 0, to either side; 0 leaves them to `breadth`.
+    pub reach: u32,
 }
 
 impl<'m> Maker<'m> {
@@ -159,6 +162,7 @@ impl<'m> Maker<'m> {
             layouter: Rc::new(layouter),
             literals: literals(module),
             breadth: 0,
+            reach: 0,
         }
     }
 
@@ -172,9 +176,13 @@ impl<'m> Maker<'m> {
         written: &dyn Fn(Handle<naga::GlobalVariable>) -> bool,
         seeds: Seeds,
     ) -> Result<Vec<Made>, InputError> {
-        let maker = Maker {
+        let fixed = Maker {
             breadth: seeds.breadth,
             ..self.clone()
+        };
+        let read = Maker {
+            reach: seeds.reach,
+            ..fixed.clone()
         };
         resources
             .iter()
@@ -183,9 +191,9 @@ impl<'m> Maker<'m> {
                 let written = written(resource.global);
                 let is_uniform =
                     self.module.global_variables[resource.global].space == AddressSpace::Uniform;
-                let seed = match is_uniform || written {
-                    true => seeds.uniforms,
-                    false => seeds.data,
+                let (seed, maker) = match is_uniform || written {
+                    true => (seeds.uniforms, &fixed),
+                    false => (seeds.data, &read),
                 };
                 let mut rng = Rng::with_seed(seed.wrapping_add(index as u64 * 0x9e37_79b9));
                 Ok(Made {
@@ -477,6 +485,9 @@ impl<'m> Maker<'m> {
         }
         (0..count)
             .map(|_| match scalar.kind {
+                ScalarKind::Float if self.reach > 0 => {
+                    (rng.f64() * 2.0 - 1.0) * f64::from(self.reach)
+                }
                 ScalarKind::Float => {
                     let breadth = f64::from(self.breadth);
                     rng.f64() * (1.0 + 2.0 * breadth) - breadth
@@ -617,7 +628,7 @@ impl<'m> Maker<'m> {
             let bytes = match &from_file {
                 Some(picture) => picture.texels.clone(),
                 None => (0..texels)
-                    .flat_map(|_| texel(format, storage == Some(true), rng))
+                    .flat_map(|_| texel(format, storage == Some(true), self.reach, rng))
                     .collect(),
             };
             write_texture(self.gpu, &texture, level, &bytes);
@@ -708,13 +719,14 @@ pub fn half(value: f32) -> u16 {
     }
 }
 
-/// A texel: poison, or something that a shader can read.
-fn texel(format: wgpu::TextureFormat, poison: bool, rng: &mut Rng) -> Vec<u8> {
+/// A texel: poison, or something that a shader can read; floats as far from 0 as `reach`, if it is not 0.
+fn texel(format: wgpu::TextureFormat, poison: bool, reach: u32, rng: &mut Rng) -> Vec<u8> {
     use wgpu::TextureFormat as F;
     let bytes = format.block_copy_size(None).unwrap_or(4) as usize;
     let components = usize::from(format.components());
     let float = |rng: &mut Rng| match poison {
         true => 2.0 + rng.f32(),
+        false if reach > 0 => (rng.f32() * 2.0 - 1.0) * reach as f32,
         false => rng.f32(),
     };
     match format {
@@ -767,7 +779,8 @@ fn read_picture(
         path: path.display().to_string(),
         why,
     };
-    let picture = image::open(path).map_err(|error| wrong(error.to_string()))?;
+    let bytes = std::fs::read(path).map_err(|error| wrong(error.to_string()))?;
+    let picture = crate::picture::decode(&bytes).map_err(wrong)?;
     let (width, height) = (picture.width(), picture.height());
     let components = usize::from(format.components());
     let floats = picture.to_rgba32f();

@@ -25,7 +25,8 @@ use super::{
 };
 use crate::dispatch::reflect::{self, Resource};
 
-/// Runs with other data, from which the shader's addresses and its domain are learnt.
+/// Runs with other data, from which the shader's addresses and its domain are learnt. In the last one floats that are only read
+/// reach over the whole picture, to either side of 0: so `if depth[i] < f32(id.y)` is not taken for a condition of row 0's own.
 const DATA_SETS: u64 = 3;
 /// Stores of one invocation that are logged at first; a shader that makes more gets a larger log.
 const FIRST_SLOTS: u32 = 8;
@@ -216,6 +217,10 @@ impl Session<'_> {
                 uniforms,
                 data: uniforms.wrapping_mul(31).wrapping_add(data),
                 breadth,
+                reach: match data + 1 == DATA_SETS {
+                    true => self.job.size[0].max(self.job.size[1]),
+                    false => 0,
+                },
             };
             let made = maker
                 .make(&watch.resources, &written, seeds)

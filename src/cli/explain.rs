@@ -93,7 +93,14 @@ fn code(input: &In) -> Result<Option<Code>, Failure> {
     if !is_code {
         return Ok(None);
     }
-    text.parse().map(Some).map_err(Failure::Misused)
+    text.parse().map(Some).map_err(|why: String| {
+        let codes: Vec<String> = Code::ALL.iter().map(Code::to_string).collect();
+        let asked = text.to_uppercase();
+        let near = near::nearest(&asked, codes.iter().map(String::as_str))
+            .map(|near| format!("; did you mean {near}?"))
+            .unwrap_or_default();
+        Failure::Misused(format!("{why}{near}"))
+    })
 }
 
 fn explain_work(
@@ -111,7 +118,7 @@ fn explain_work(
         Ok(shader) => shader,
         Err(invalid) => {
             if !arguments.json {
-                talk::say(&invalid.rendered);
+                talk::say(invalid.render(talk::color()));
             }
             report.findings.push(Told::from(&invalid));
             return Ok(report);

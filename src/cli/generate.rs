@@ -34,7 +34,8 @@ pub(super) fn completions(arguments: &Completions) -> Result<(), Failure> {
 pub(super) fn man(arguments: &Man) -> Result<(), Failure> {
     let folder = &arguments.folder;
     std::fs::create_dir_all(folder).map_err(|error| files::unwritable(folder, &error))?;
-    let program = super::Arguments::command();
+    // a page for `help` would be named in `vrcs.1`, and there is none: `--help` says the same
+    let program = super::Arguments::command().disable_help_subcommand(true);
     let mut pages = vec![(program.clone(), "vrcs.1".to_owned())];
     for command in program.get_subcommands().filter(|c| !c.is_hide_set()) {
         let name = format!("vrcs-{}", command.get_name());

@@ -97,7 +97,7 @@ pub(super) fn make(inputs: &Inputs, work: &Work, wish: &Wish) -> Made {
         Err(invalid) => {
             let mut made = Made::new(Status::Invalid);
             made.told.push(Told::from(&invalid));
-            return made.say(invalid.rendered);
+            return made.say(invalid.render(talk::color()));
         }
     };
     let entries = wish.entry.map_or(Entries::PerPixel, Entries::Named);

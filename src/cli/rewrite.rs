@@ -548,7 +548,7 @@ pub(super) fn rewrite(
     options: &Options,
 ) -> Result<Rewritten, Failure> {
     let (module, info) = input::wgsl(source).map_err(|invalid| {
-        talk::say(&invalid.rendered);
+        talk::say(invalid.render(talk::color()));
         Failure::Refused(String::new())
     })?;
     let entries = entry.map_or(Entries::PerPixel, Entries::Named);

@@ -110,6 +110,7 @@ fn run_original(gpu: &Gpu, shader: &Shader, entry: &str, seed: u64) {
         uniforms: seed,
         data: seed.wrapping_mul(31),
         breadth: 0,
+        reach: 0,
     };
     let made = maker.make(&resources, &written, seeds).expect("inputs");
     let immediates = maker.immediates(seed, 0);

@@ -1,13 +1,13 @@
 //! What is wrong with a shader that is not valid, as naga tells it, led back to the author's files.
 
-use codespan_reporting::{
-    diagnostic::{Diagnostic, Label},
-    term::{self, termcolor},
-};
+use codespan_reporting::diagnostic::{Diagnostic, Label};
 use naga::{Span, WithSpan, front::wgsl::ParseError, valid::ValidationError};
 
 use super::hints;
-use crate::source::{Place, Source};
+use crate::{
+    finding::{self, Color},
+    source::{Place, Source},
+};
 
 /// A shader that is not valid. The message is naga's own, with the lines that it is about.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -20,7 +20,19 @@ pub struct Invalid {
     /// Where it is.
     pub place: Option<Place>,
     /// What the author can do.
-    pub help: Option<String>,
+    pub help: Option<Box<str>>,
+    /// `rendered`, in colour.
+    coloured: Box<str>,
+}
+
+impl Invalid {
+    /// The message with the lines of source, in colour or not.
+    pub fn render(&self, color: Color) -> &str {
+        match color {
+            Color::Never => &self.rendered,
+            Color::Always => &self.coloured,
+        }
+    }
 }
 
 /// What is to be told of a text.
@@ -94,26 +106,19 @@ impl Report {
             .with_message(&message)
             .with_labels(labels)
             .with_notes(notes.collect());
-        let mut buffer = termcolor::Buffer::no_color();
-        // writing to memory fails only if a label lies outside its file, and `locate` has cut it
-        let written = term::emit_to_write_style(
-            &mut buffer,
-            &term::Config::default(),
-            &source.codespan_files(),
-            &diagnostic,
-        );
-        let rendered = match written {
-            Ok(()) => String::from_utf8_lossy(buffer.as_slice()).into_owned(),
-            Err(_) => format!("error: {message}\n"),
+        let render = |color| {
+            finding::emit(&diagnostic, source, color)
+                .unwrap_or_else(|| format!("error: {message}\n"))
         };
         Invalid {
-            rendered,
+            rendered: render(Color::Never),
+            coloured: render(Color::Always).into_boxed_str(),
             place: self
                 .labels
                 .first()
                 .and_then(|(span, _)| source.place(*span)),
             message: self.message,
-            help,
+            help: help.map(String::into_boxed_str),
         }
     }
 }

@@ -1,8 +1,8 @@
 //! Pictures in, grey pictures out.
 
-use std::{io::Cursor, path::Path};
+use std::path::Path;
 
-use image::{DynamicImage, ImageEncoder, ImageError, ImageReader};
+use image::{DynamicImage, ImageEncoder};
 
 use crate::{
     analyse::{
@@ -10,6 +10,7 @@ use crate::{
         luma::{Luma, from_srgb},
     },
     cli::{Failure, files},
+    picture,
 };
 
 /// A picture that is analysed.
@@ -20,26 +21,8 @@ impl Picture {
     pub(super) fn read(path: &Path) -> Result<Picture, Failure> {
         let bytes = files::read_bytes(path)?;
         let name = files::display_name(path);
-        let outside = |why: String| Failure::Outside(format!("{name}: {why}"));
-        let reader = ImageReader::new(Cursor::new(bytes))
-            .with_guessed_format()
-            .map_err(|error| outside(error.to_string()))?;
-        let picture = match reader.decode() {
-            Ok(picture) => picture,
-            Err(ImageError::Unsupported(_)) => {
-                return Err(outside(
-                    "it is no picture that can be read: PNG, JPEG, EXR and Radiance HDR can"
-                        .to_owned(),
-                ));
-            }
-            Err(error) => {
-                let why = error.to_string().replace(['\n', '\r'], " ");
-                return Err(outside(format!("the picture cannot be read: {why}")));
-            }
-        };
-        if picture.width() == 0 || picture.height() == 0 {
-            return Err(outside("the picture has no pixels".to_owned()));
-        }
+        let picture =
+            picture::decode(&bytes).map_err(|why| Failure::Outside(format!("{name}: {why}")))?;
         Ok(Picture(picture))
     }
 

@@ -183,7 +183,7 @@ fn read(input: &In) -> Result<(Work, String), Failure> {
         .read(&work)?
         .shader(work.language)
         .map_err(|invalid| {
-            talk::say(&invalid.rendered);
+            talk::say(invalid.render(talk::color()));
             Failure::Refused(String::new())
         })?;
     // where modules are imported, what nobody uses is left out of the module, not of the text
