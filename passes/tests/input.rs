@@ -36,7 +36,7 @@ fn help(text: &str) -> String {
         "{}",
         invalid.rendered
     );
-    invalid.help.unwrap_or_default()
+    invalid.help.unwrap_or_default().into()
 }
 
 #[test]
