@@ -29,9 +29,9 @@ pub(crate) fn caught<T>(device: &wgpu::Device, make: impl FnOnce() -> T) -> Resu
     }
 }
 
-/// What a future has already.
+/// What a future has already: it is asked once, and the device not at all.
 fn at_once<T>(future: impl Future<Output = Option<T>>) -> Option<T> {
-    match pin!(future).poll(&mut Context::from_waker(Waker::noop())) {
+    match Future::poll(pin!(future), &mut Context::from_waker(Waker::noop())) {
         Poll::Ready(value) => value,
         Poll::Pending => None,
     }

@@ -5,7 +5,7 @@ use vrcs_passes::{Refusal, options::Mode};
 use super::reflect::Unbindable;
 use crate::{limits::LimitError, rate::Rate};
 
-/// Why a [`Pass`] could not be made.
+/// Why a [`Pass`](crate::Pass) could not be made.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PassError {

@@ -69,7 +69,7 @@ impl<'p> PassOptions<'p> {
     }
 }
 
-/// A rewritten shader, ready to be dispatched over [views](View).
+/// A rewritten shader, ready to be dispatched over [views](crate::View).
 #[derive(Debug)]
 pub struct Pass {
     device: wgpu::Device,
