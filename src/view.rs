@@ -185,8 +185,8 @@ impl View {
     /// [given](View::cover) again: until then, a build is refused.
     ///
     /// Buffers that are too small are made anew. Then [`generation`](View::generation) is another, and what holds the old ones has to be
-    /// bound again: an [`Analyser`](crate::Analyser) and a [deblocker](crate::deblock::Bound) refuse to go on, bind groups of the caller's
-    /// own cannot.
+    /// bound again: an [`Analyser`](crate::Analyser) refuses to go on, but what a [deblocker](crate::deblock::Bound) is bound to and bind groups of
+    /// the caller's own cannot tell.
     ///
     /// # Errors
     /// If the extent is empty or too large for the device; the view then stays as it is.

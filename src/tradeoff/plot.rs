@@ -60,7 +60,7 @@ pub fn svg(study: &Study) -> String {
 fn legend(text: &mut String, y: f64) {
     let entries = [
         ("preset", "preset, with its 95 % interval", 200.0),
-        ("on", "on the front: nothing beats it in both", 232.0),
+        ("on", "on the front: nothing beats it in both", 250.0),
         ("peer", "published estimator", 140.0),
         ("off", "another setting", 0.0),
     ];
