@@ -55,6 +55,7 @@ laws! {
     overrides
     plain
     private_place
+    rows_by_data
     sliced_loop
     split_screen
     strided

@@ -43,6 +43,8 @@ VK_DRIVER_FILES="${lavapipe%:}" cargo test --workspace
 
 if [ -e "$swiftshader" ]; then
     echo "== laws, on SwiftShader"
-    VK_DRIVER_FILES="$swiftshader" cargo test --test laws --test builder --test analyse --test rates --test attachment --test retired -- --skip neutral --skip default_limits
+    VK_DRIVER_FILES="$swiftshader" cargo test --test laws --test builder --test rates --test attachment --test retired -- --skip neutral --skip default_limits
     VRCS_CASES=10 VK_DRIVER_FILES="$swiftshader" cargo test --test barriers
+    # one plan by chance of the analysis can take SwiftShader all the memory that there is to compile: its bytes are held on lavapipe
+    VK_DRIVER_FILES="$swiftshader" cargo test --test analyse -- --test-threads 1 --skip neutral --skip default_limits --skip the_gpu_makes_the_bytes
 fi
