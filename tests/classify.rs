@@ -19,33 +19,9 @@ const SIZES: [[u32; 2]; 7] = [
 ];
 
 /// A texture of two floats a texel.
-fn texture(gpu: &Gpu, [width, height]: [u32; 2], texels: &[[f32; 2]]) -> wgpu::TextureView {
-    let size = wgpu::Extent3d {
-        width,
-        height,
-        depth_or_array_layers: 1,
-    };
-    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("values"),
-        size,
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rg32Float,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-        view_formats: &[],
-    });
-    gpu.queue.write_texture(
-        texture.as_image_copy(),
-        bytemuck::cast_slice(texels),
-        wgpu::TexelCopyBufferLayout {
-            offset: 0,
-            bytes_per_row: Some(width * 8),
-            rows_per_image: None,
-        },
-        size,
-    );
-    texture.create_view(&wgpu::TextureViewDescriptor::default())
+fn texture(gpu: &Gpu, size: [u32; 2], texels: &[[f32; 2]]) -> wgpu::TextureView {
+    let bytes = bytemuck::cast_slice(texels);
+    gpu.texture("values", size, wgpu::TextureFormat::Rg32Float, bytes)
 }
 
 /// Smooth areas, areas at rest and noise, in patches that are not the tiles; a few values are no numbers.

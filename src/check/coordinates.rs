@@ -149,7 +149,8 @@ impl SampleTextures {
     pub fn new(gpu: &Gpu, coverage: &Coverage, samples: &Samples) -> SampleTextures {
         use wgpu::TextureFormat as F;
         let texture = |declared: bool, format: F, bytes: &[u8]| {
-            (declared && !bytes.is_empty()).then(|| upload(gpu, samples.size, format, bytes))
+            (declared && !bytes.is_empty())
+                .then(|| gpu.texture("vrcs samples", samples.size, format, bytes))
         };
         SampleTextures {
             triangles: texture(
@@ -185,40 +186,6 @@ impl SampleTextures {
             ..Textures::default()
         }
     }
-}
-
-fn upload(
-    gpu: &Gpu,
-    [width, height]: [u32; 2],
-    format: wgpu::TextureFormat,
-    bytes: &[u8],
-) -> wgpu::TextureView {
-    let size = wgpu::Extent3d {
-        width,
-        height,
-        depth_or_array_layers: 1,
-    };
-    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("vrcs samples"),
-        size,
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-        view_formats: &[],
-    });
-    gpu.queue.write_texture(
-        texture.as_image_copy(),
-        bytes,
-        wgpu::TexelCopyBufferLayout {
-            offset: 0,
-            bytes_per_row: Some(bytes.len() as u32 / height),
-            rows_per_image: None,
-        },
-        size,
-    );
-    texture.create_view(&wgpu::TextureViewDescriptor::default())
 }
 
 /// What the GPU made of everything that a build's options ask for.

@@ -230,6 +230,39 @@ impl Gpu {
         }
     }
 
+    /// Makes a texture that is only read, and holds `bytes`: `width` times `height` texels, row by row, without padding.
+    pub fn texture(
+        &self,
+        label: &str,
+        [width, height]: [u32; 2],
+        format: wgpu::TextureFormat,
+        bytes: &[u8],
+    ) -> wgpu::TextureView {
+        let size = wgpu::Extent3d {
+            width,
+            height,
+            depth_or_array_layers: 1,
+        };
+        let texture = self.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some(label),
+            size,
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        });
+        let rows = wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(bytes.len() as u32 / height),
+            rows_per_image: None,
+        };
+        self.queue
+            .write_texture(texture.as_image_copy(), bytes, rows, size);
+        texture.create_view(&wgpu::TextureViewDescriptor::default())
+    }
+
     /// Submits commands and reads a picture of four bytes a pixel: row by row, without padding.
     ///
     /// # Errors

@@ -257,6 +257,21 @@ mod tests {
         take(wanted, |_| Ok(once.take().unwrap_or_default())).expect("rounds")
     }
 
+    const MOST: u32 = 24;
+
+    /// Eight rounds of [`HALF`], with up to [`MOST`] tries, each on a machine as slow as it is told.
+    fn eight_of(mut slow: impl FnMut() -> f64) -> Times {
+        let wanted = Rounds {
+            warm: 0,
+            counted: 8,
+            most: MOST,
+        };
+        let found = take(wanted, |more| {
+            Ok((0..more).map(|_| round(slow(), &[HALF])).collect())
+        });
+        found.expect("rounds").times(SceneName::Ramps, 0, 1)
+    }
+
     const HALF: &[(&str, f64)] = &[("build", 1.0), ("material", 4.0)];
 
     #[test]
@@ -277,19 +292,10 @@ mod tests {
     #[test]
     fn rounds_with_a_control_far_from_its_median_are_made_up_for() {
         let mut number = 0;
-        let wanted = Rounds {
-            warm: 0,
-            counted: 8,
-            most: 24,
-        };
-        let found = take(wanted, |more| {
-            let rounds = (0..more).map(|_| {
-                number += 1;
-                round(if number % 4 == 0 { 1.5 } else { 1.0 }, &[HALF])
-            });
-            Ok(rounds.collect())
+        let found = eight_of(|| {
+            number += 1;
+            if number % 4 == 0 { 1.5 } else { 1.0 }
         });
-        let found = found.expect("rounds").times(SceneName::Ramps, 0, 1);
         assert_eq!((found.rounds, found.full_p95_ms), (8, 10.0));
         assert!(found.is_steady && found.drift > 0.4, "{}", found.drift);
         assert_eq!(number, 10, "two were made up for");
@@ -298,21 +304,12 @@ mod tests {
     #[test]
     fn a_machine_that_is_never_steady_is_said_to_be_so_and_all_rounds_count() {
         let mut slow = 1.0;
-        let wanted = Rounds {
-            warm: 0,
-            counted: 8,
-            most: 24,
-        };
-        let found = take(wanted, |more| {
-            let rounds = (0..more).map(|_| {
-                slow *= 1.2;
-                round(slow, &[HALF])
-            });
-            Ok(rounds.collect())
+        let found = eight_of(|| {
+            slow *= 1.2;
+            slow
         });
-        let found = found.expect("rounds").times(SceneName::Ramps, 0, 1);
         assert!(!found.is_steady);
-        assert_eq!(found.rounds, wanted.most);
+        assert_eq!(found.rounds, MOST);
         assert!(
             (found.share.median - 0.5).abs() < 1e-12,
             "and still shares hold"

@@ -166,38 +166,6 @@ impl Made {
         }
     }
 
-    fn texture(
-        &self,
-        gpu: &Gpu,
-        size: [u32; 2],
-        format: wgpu::TextureFormat,
-        bytes: &[u8],
-    ) -> wgpu::TextureView {
-        let extent = wgpu::Extent3d {
-            width: size[0],
-            height: size[1],
-            depth_or_array_layers: 1,
-        };
-        let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-            label: None,
-            size: extent,
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format,
-            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-            view_formats: &[],
-        });
-        let layout = wgpu::TexelCopyBufferLayout {
-            offset: 0,
-            bytes_per_row: Some(bytes.len() as u32 / size[1]),
-            rows_per_image: None,
-        };
-        gpu.queue
-            .write_texture(texture.as_image_copy(), bytes, layout, extent);
-        texture.create_view(&wgpu::TextureViewDescriptor::default())
-    }
-
     pub fn run(&self, gpu: &Gpu, plan: &Plan, frame: &Frame) -> [Vec<u8>; 6] {
         self.run_with(
             gpu,
@@ -239,8 +207,8 @@ impl Made {
         let sqrt = gpu.buffer("sqrt luma", &rows, storage);
         let rates_before = gpu.buffer("rates before", self.rates.bytes(), storage);
         let cast = bytemuck::cast_slice::<f32, u8>;
-        let before = |format, bytes: &[u8]| self.texture(gpu, self.previous, format, bytes);
-        let now = |format, bytes: &[u8]| self.texture(gpu, self.size, format, bytes);
+        let before = |format, bytes: &[u8]| gpu.texture("before", self.previous, format, bytes);
+        let now = |format, bytes: &[u8]| gpu.texture("now", self.size, format, bytes);
         let colours = match plan.scene.colour {
             ColourForm::Linear => [
                 before(F::Rgba32Float, cast(self.linear.as_flattened())),

@@ -93,8 +93,9 @@ fn run(
     };
     let plan = Plan::new(&scene, settings).map_err(|error| error.to_string())?;
     let analysis = Analysis::new(&gpu.device, &plan).expect("a device for it");
-    let view = texture(gpu, size, format, bytes);
-    let surfaces = materials.map(|bytes| texture(gpu, size, wgpu::TextureFormat::Rg32Float, bytes));
+    let view = gpu.texture("colour", size, format, bytes);
+    let surfaces = materials
+        .map(|bytes| gpu.texture("materials", size, wgpu::TextureFormat::Rg32Float, bytes));
     let layout = SriLayout::new(size[0], size[1]);
     let poison = vec![0xa5; layout.bytes() as usize];
     let out = gpu.buffer("rates", &poison, wgpu::BufferUsages::STORAGE);
@@ -125,35 +126,4 @@ fn run(
     Ok(Sri::from_fn(size[0], size[1], |x, y| {
         read[0][(y * layout.pitch + x) as usize]
     }))
-}
-
-fn texture(
-    gpu: &Gpu,
-    size: [u32; 2],
-    format: wgpu::TextureFormat,
-    bytes: &[u8],
-) -> wgpu::TextureView {
-    let extent = wgpu::Extent3d {
-        width: size[0],
-        height: size[1],
-        depth_or_array_layers: 1,
-    };
-    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: None,
-        size: extent,
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-        view_formats: &[],
-    });
-    let rows = wgpu::TexelCopyBufferLayout {
-        offset: 0,
-        bytes_per_row: Some(bytes.len() as u32 / size[1]),
-        rows_per_image: None,
-    };
-    gpu.queue
-        .write_texture(texture.as_image_copy(), bytes, rows, extent);
-    texture.create_view(&wgpu::TextureViewDescriptor::default())
 }

@@ -195,39 +195,8 @@ impl Views {
             (Binding::Flags, now, byte(F::R8Uint, inputs.flags)),
         ];
         let there = all.into_iter().filter_map(|(binding, size, made)| {
-            made.map(|(format, bytes)| (binding, texture(gpu, size, format, &bytes)))
+            made.map(|(format, bytes)| (binding, gpu.texture("given", size, format, &bytes)))
         });
         Views(there.collect())
     }
-}
-
-fn texture(
-    gpu: &Gpu,
-    [width, height]: [u32; 2],
-    format: wgpu::TextureFormat,
-    bytes: &[u8],
-) -> wgpu::TextureView {
-    let extent = wgpu::Extent3d {
-        width,
-        height,
-        depth_or_array_layers: 1,
-    };
-    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: None,
-        size: extent,
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-        view_formats: &[],
-    });
-    let rows = wgpu::TexelCopyBufferLayout {
-        offset: 0,
-        bytes_per_row: Some(bytes.len() as u32 / height),
-        rows_per_image: None,
-    };
-    gpu.queue
-        .write_texture(texture.as_image_copy(), bytes, rows, extent);
-    texture.create_view(&wgpu::TextureViewDescriptor::default())
 }
