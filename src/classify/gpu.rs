@@ -5,6 +5,7 @@ use std::fmt::Write;
 use bytemuck::{Pod, Zeroable};
 
 use super::{ClassifyError, MOST_CLASSES, Options, Rule};
+use crate::{kernel, object::ObjectOptions};
 
 const TEXT: &str = include_str!(concat!(
     env!("CARGO_MANIFEST_DIR"),
@@ -68,20 +69,10 @@ impl Classifier {
             source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(module)),
         });
         let layout = layout(device);
-        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("vrcs classify"),
-            bind_group_layouts: &[Some(&layout)],
-            immediate_size: 0,
-        });
+        let objects = ObjectOptions::labelled("vrcs classify");
         let pipeline = |entry| {
-            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some("vrcs classify"),
-                layout: Some(&pipeline_layout),
-                module: &shader,
-                entry_point: Some(entry),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                cache: None,
-            })
+            let zeroed = wgpu::PipelineCompilationOptions::default();
+            kernel::pipeline(device, &layout, &shader, entry, zeroed, &objects)
         };
         Ok(Classifier {
             reduce: pipeline("reduce_tiles"),

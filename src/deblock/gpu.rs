@@ -8,6 +8,7 @@ use super::{
 use crate::analyse::params::linear_code;
 use crate::{
     kernel::{self, shader},
+    object::ObjectOptions,
     sri::SriLayout,
 };
 
@@ -103,21 +104,10 @@ impl Deblocker {
             // SAFETY: no loop of this kernel has more rounds than a constant says
             None => unsafe { kernel::trusted_module(device, source, &defs) }?,
         };
-        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("vrcs deblock"),
-            bind_group_layouts: &[Some(&layout)],
-            immediate_size: 0,
-        });
-        let pipeline = |entry| {
-            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some("vrcs deblock"),
-                layout: Some(&pipeline_layout),
-                module: &module,
-                entry_point: Some(entry),
-                compilation_options: kernel::compilation_options(),
-                cache: None,
-            })
-        };
+        let objects = ObjectOptions::labelled("vrcs deblock");
+        let unzeroed = kernel::compilation_options;
+        let pipeline =
+            |entry| kernel::pipeline(device, &layout, &module, entry, unzeroed(), &objects);
         Ok(Deblocker {
             options,
             way,

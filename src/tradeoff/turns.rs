@@ -53,12 +53,12 @@ fn total(times: &FrameTimes) -> f64 {
     times.values().sum()
 }
 
-/// Whether the control of each round is near its median.
-fn near_the_median(rounds: &[Round]) -> Vec<bool> {
+/// How far the control of each round is off its median, as a share.
+fn off_the_median(rounds: &[Round]) -> Vec<f64> {
     let controls: Vec<f64> = rounds.iter().map(|round| round.control).collect();
     let median = quantile(&controls, 0.5);
-    let is_near = |control: &f64| (control / median - 1.0).abs() <= DRIFT;
-    controls.iter().map(is_near).collect()
+    let off = |control: &f64| (control / median - 1.0).abs();
+    controls.iter().map(off).collect()
 }
 
 /// Runs rounds until enough of them count. `run` runs that many more, numbered on from the last.
@@ -73,35 +73,27 @@ pub fn take(
     let mut more = rounds.counted;
     loop {
         all.extend(run(more)?);
-        let counts = near_the_median(&all);
+        let off = off_the_median(&all);
+        let counts: Vec<bool> = off.iter().map(|&off| off <= DRIFT).collect();
         let counted = counts.iter().filter(|&&counts| counts).count() as u32;
         let left = rounds.most.saturating_sub(all.len() as u32);
         if counted >= rounds.counted || left == 0 {
-            return Ok(Taken::new(all, counts, counted * 2 >= rounds.counted));
+            let is_steady = counted * 2 >= rounds.counted;
+            return Ok(Taken {
+                counts: match is_steady {
+                    true => counts,
+                    false => vec![true; all.len()],
+                },
+                drift: quantile(&off, 0.95),
+                is_steady,
+                rounds: all,
+            });
         }
         more = (rounds.counted - counted).min(left);
     }
 }
 
 impl Taken {
-    fn new(rounds: Vec<Round>, counts: Vec<bool>, is_steady: bool) -> Taken {
-        let controls: Vec<f64> = rounds.iter().map(|round| round.control).collect();
-        let median = quantile(&controls, 0.5);
-        let off: Vec<f64> = controls
-            .iter()
-            .map(|control| (control / median - 1.0).abs())
-            .collect();
-        Taken {
-            counts: match is_steady {
-                true => counts,
-                false => vec![true; rounds.len()],
-            },
-            drift: quantile(&off, 0.95),
-            is_steady,
-            rounds,
-        }
-    }
-
     /// Rounds that count, and follow one another, in parts of `every`.
     fn parts(&self, every: u32) -> Vec<&[Round]> {
         let every = every.max(1) as usize;

@@ -77,6 +77,14 @@ impl Made {
                 })
                 .collect()
         };
+        let floats = |rng: &mut Rng, of: fn(f32) -> f32| -> Vec<f32> {
+            (0..now)
+                .map(|_| match rng.u32(..300) {
+                    0 => HARD[rng.usize(..HARD.len())],
+                    _ => of(rng.f32()),
+                })
+                .collect()
+        };
         let speed = [0.0, 2.0, 20.0][rng.usize(..3)];
         Made {
             size,
@@ -92,24 +100,8 @@ impl Made {
                     _ => [speed + rng.f32() - 0.5, speed * 0.3 + rng.f32() - 0.5],
                 })
                 .collect(),
-            depth: (0..now)
-                .map(|_| {
-                    if rng.u32(..300) == 0 {
-                        HARD[rng.usize(..HARD.len())]
-                    } else {
-                        0.3 + rng.f32() * 0.02
-                    }
-                })
-                .collect(),
-            blur: (0..now)
-                .map(|_| {
-                    if rng.u32(..300) == 0 {
-                        HARD[rng.usize(..HARD.len())]
-                    } else {
-                        rng.f32() * 5.0
-                    }
-                })
-                .collect(),
+            depth: floats(rng, |value| 0.3 + value * 0.02),
+            blur: floats(rng, |value| value * 5.0),
             previous_depth: (0..before)
                 .map(|_| {
                     if rng.u32(..100) == 0 {

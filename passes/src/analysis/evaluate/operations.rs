@@ -5,7 +5,7 @@ use naga::{
 };
 
 use crate::analysis::{
-    term::{Operands, Term, TermId, followed},
+    term::{Operands, Term, TermId, Terms, followed},
     walk::{Frame, Walk},
 };
 
@@ -89,29 +89,21 @@ impl<'a> Walk<'a> {
         argument: Handle<Expression>,
     ) -> TermId {
         let value = self.term(frame, argument);
-        let vector = self.followed_vector(frame, argument);
-        match (fun, vector) {
-            (RelationalFunction::All, Some((size, _))) => {
-                let parts: Vec<_> = (0..size as u32)
-                    .map(|i| self.terms.extract(value, i))
-                    .collect();
-                parts
-                    .into_iter()
-                    .reduce(|all, part| self.terms.and(all, part))
-                    .unwrap_or(value)
-            }
-            (RelationalFunction::Any, Some((size, _))) => {
-                let parts: Vec<_> = (0..size as u32)
-                    .map(|i| self.terms.extract(value, i))
-                    .collect();
-                parts
-                    .into_iter()
-                    .reduce(|any, part| self.terms.or(any, part))
-                    .unwrap_or(value)
-            }
-            (RelationalFunction::All | RelationalFunction::Any, None) => value,
-            _ => self.terms.intern(Term::Relational(fun, value)),
-        }
+        let join = match fun {
+            RelationalFunction::All => Terms::and,
+            RelationalFunction::Any => Terms::or,
+            _ => return self.terms.intern(Term::Relational(fun, value)),
+        };
+        let Some((size, _)) = self.followed_vector(frame, argument) else {
+            return value;
+        };
+        let parts: Vec<_> = (0..size as u32)
+            .map(|i| self.terms.extract(value, i))
+            .collect();
+        parts
+            .into_iter()
+            .reduce(|joined, part| join(&mut self.terms, joined, part))
+            .unwrap_or(value)
     }
 
     pub(super) fn math(
