@@ -149,13 +149,12 @@ fn is_lost_at(p: vec2<u32>) -> bool {
     return is_lost_motion(motion_at(p));
 }
 
-// The index of a speed whose magnitude has these bits.
+// The index of a speed whose magnitude has these bits. Without a branch: it is asked for every pixel of a window that is unrolled, and
+// some compilers take gigabytes for so many ways.
 fn speed_index(bits: u32, scale: f32) -> u32 {
     let steps = bitcast<f32>(bits) * scale;
-    if bits == INFINITE || steps >= f32(SPEEDS - 1u) {
-        return SPEEDS - 1u;
-    }
-    return u32(steps);
+    let is_fastest = (bits == INFINITE) | (steps >= f32(SPEEDS - 1u));
+    return select(u32(steps), SPEEDS - 1u, is_fastest);
 }
 
 // The bits of magnitudes; no number stands still.
