@@ -5,7 +5,7 @@
 // (analyse/cells.wgsl), but √luma where it lies (analyse/sums.wgsl); a block's windows are summed together (analyse/sums.wgsl) and decided on together (analyse/rates.wgsl); two
 // neighbours then put the words together that their bytes share. shaders/NOTES.md tells what that brought.
 
-#import vrcs::analyse::params::{params, largest, SPEEDS, FACTOR_ONE}
+#import vrcs::analyse::params::{params, largest, SPEEDS, FACTOR_ONE, here}
 #import vrcs::analyse::fixed::byte_of
 #import vrcs::analyse::pictures
 #import vrcs::analyse::source
@@ -62,15 +62,15 @@ const REASON_MOTION: u32 = 10u;
 const REASON_NO_MOTION: u32 = 12u;
 
 // The pixel i of a quad; at the border, pixels repeat.
-fn own(quad: vec2<u32>, i: u32) -> vec2<i32> {
-    return vec2<i32>(min(quad * 2u + vec2<u32>(i & 1u, i >> 1u), params.size - 1u));
+fn own(quad: vec2<u32>, i: u32) -> vec2<u32> {
+    return min(quad * 2u + vec2<u32>(i & 1u, i >> 1u), params.size - 1u);
 }
 
 #ifdef FLAGS
 fn flags_at(quad: vec2<u32>) -> u32 {
     var flags = 0u;
     for (var i = 0u; i < 4u; i++) {
-        flags |= textureLoad(source::marks, own(quad, i), 0).x;
+        flags |= textureLoad(source::marks, here(own(quad, i)), 0).x;
     }
     return flags;
 }
@@ -80,7 +80,7 @@ fn flags_at(quad: vec2<u32>) -> u32 {
 fn shine_at(quad: vec2<u32>) -> u32 {
     var shine = 0u;
     for (var i = 0u; i < 4u; i++) {
-        let surface = textureLoad(materials, own(quad, i), 0).xy;
+        let surface = textureLoad(materials, here(own(quad, i)), 0).xy;
         shine = max(shine, byte_of(surface.x) * byte_of(surface.y));
     }
     return shine;
@@ -91,7 +91,7 @@ fn shine_at(quad: vec2<u32>) -> u32 {
 fn noise_at(quad: vec2<u32>) -> u32 {
     var most = 0u;
     for (var i = 0u; i < 4u; i++) {
-        most = max(most, byte_of(textureLoad(noise, own(quad, i), 0).x));
+        most = max(most, byte_of(textureLoad(noise, here(own(quad, i)), 0).x));
     }
     return most;
 }
@@ -101,9 +101,9 @@ fn noise_at(quad: vec2<u32>) -> u32 {
 // The code of the rate that a quad's source had; full rate if it is none.
 fn previous_at(quad: vec2<u32>) -> u32 {
 #ifdef REPROJECTION
-    let past = source::moved_source(vec2<u32>(own(quad, 0u))).xy >> vec2<u32>(1u);
+    let past = source::moved_source(own(quad, 0u)).xy >> vec2<u32>(1u);
 #else
-    let past = source::still_source(vec2<u32>(own(quad, 0u))) >> vec2<u32>(1u);
+    let past = source::still_source(own(quad, 0u)) >> vec2<u32>(1u);
 #endif
     let word = rates_before[past.y * params.previous_pitch + (past.x >> 2u)];
     let had = extractBits(word, (past.x & 3u) * 8u, 8u);

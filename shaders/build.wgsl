@@ -1,5 +1,5 @@
-// The coordinate builder: a workgroup for a few tiles beside one another, an invocation for a quad, or for the four whose rates are
-// one word.
+// The coordinate builder: a workgroup for a few tiles beside one another, an invocation for a quad. Where rates alone decide and no group
+// is larger than a quad, shaders/build/words.wgsl does the same for four quads at once.
 //
 // Its CPU twin is src/build/cpu.rs, with src/coverage/cpu.rs; both make the same words. Each invocation finds the groups of its
 // quads (or of the blocks that start in its quad, where groups may be larger), counts the primaries in them, and learns from a
@@ -14,10 +14,9 @@ fn build(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(local_invocation_index) index: u32,
 ) {
-    let sub = index / LANES;
-    let number = index % LANES;
-    // the first of the invocation's quads
-    let quad = vec2<u32>(number % (QUADS.x / PER) * PER, number / (QUADS.x / PER));
+    let sub = index / QUAD_COUNT;
+    let number = index % QUAD_COUNT;
+    let quad = vec2<u32>(number % QUADS.x, number / QUADS.x);
     let tile = vec2<u32>(group.x * TILES + sub, group.y);
     let has_tile = tile.x < params.tiles_per_row;
     let origin = tile * TILE;
@@ -80,24 +79,14 @@ fn build(
     let is_inside = all(room > vec2<u32>(0u));
     var own_count = 0u;
     var own_sky = 0u;
-    var seen_here = 0u;
 #ifdef LOCAL
-    let rates_word = rates_at(at / 2u);
-    var own: array<Quad, PER>;
-    for (var j = 0u; j < PER; j++) {
-        let beside = vec2<u32>(j * 2u, 0u);
-        let rate = quad_rate(rates_word, at / 2u + vec2<u32>(j, 0u));
-        let found = quad_groups(first + beside, at + beside, room - min(room, beside), rate);
-        let led = (found.leads | (found.leads >> 1u) | (found.leads >> 2u) | (found.leads >> 3u)) & 0x1111u;
-        let of_sky = countOneBits(led & spread(found.sky));
-        own_sky += of_sky;
-        own_count += countOneBits(led) - of_sky;
-        seen_here |= select(0u, 1u << ((rate.x << 2u) | rate.y), found.inside != 0u);
-        own[j] = found;
-    }
+    let rate = quad_rate(at / 2u);
+    let own = quad_groups(first, at, room, rate);
+    let led = (own.leads | (own.leads >> 1u) | (own.leads >> 2u) | (own.leads >> 3u)) & 0x1111u;
+    own_sky = countOneBits(led & spread(own.sky));
+    own_count = countOneBits(led) - own_sky;
 #else
     let rate = rate_of(at / 2u);
-    seen_here = select(0u, 1u << ((rate.x << 2u) | rate.y), is_inside);
     for (var i = 0u; i < 4u; i++) {
         let corner = first + vec2<u32>(i & 1u, i >> 1u);
 #ifdef ODD
@@ -134,7 +123,7 @@ fn build(
     atomicOr(&sky_counts[base_word + own_word], own_sky << shift);
 #endif
     if is_inside {
-        atomicOr(&rates_seen[sub], seen_here);
+        atomicOr(&rates_seen[sub], 1u << ((rate.x << 2u) | rate.y));
     }
     workgroupBarrier();
 
@@ -227,6 +216,11 @@ fn build(
         coords[slot] = header;
     }
 #endif
+#ifdef USER
+    if number == 0u && has_tile {
+        hand_on_user_bits(slot);
+    }
+#endif
 
 #ifdef STATISTICS
     if is_inside {
@@ -241,21 +235,11 @@ fn build(
             }
         }
 #else
-#ifdef LOCAL
-        for (var j = 0u; j < PER; j++) {
-            let rate = quad_rate(rates_word, at / 2u + vec2<u32>(j, 0u));
-            let code = cut(origin, first + vec2<u32>(j * 2u, 0u), rate);
-            let rate_here = select(rate_index((code.x << 2u) | code.y), 0u, is_identity);
-            atomicAdd(&tally[13u + rate_here], countOneBits(own[j].inside));
-        }
-#else
         let code = cut(origin, first, rate);
         let rate_here = select(rate_index((code.x << 2u) | code.y), 0u, is_identity);
         atomicAdd(&tally[13u + rate_here], pixels.x * pixels.y);
 #endif
-#endif
 #ifdef SKY
-        // there is coverage, so the invocation has one quad
         for (var i = 0u; i < 4u; i++) {
             let place = vec2<u32>(i & 1u, i >> 1u);
             if all(place < pixels) {
@@ -288,43 +272,30 @@ fn build(
 
 #ifdef EFFECTIVE
     if is_inside {
-        var bytes = 0u;
-        for (var j = 0u; j < PER; j++) {
 #ifdef LOCAL
-            let rate = quad_rate(rates_word, at / 2u + vec2<u32>(j, 0u));
-            let split = select(0u, 0x80u, own[j].is_split);
-            let is_here = own[j].inside != 0u;
+        let split = select(0u, 0x80u, own.is_split);
 #else
-            let split = atomicLoad(&splits[index]) << 7u;
-            let is_here = true;
+        let split = atomicLoad(&splits[index]) << 7u;
 #endif
-            let code = cut(origin, first + vec2<u32>(j * 2u, 0u), rate);
-            bytes |= select(0u, (code.x << 2u) | code.y | split, is_here && !is_identity) << (j * 8u);
-        }
-        let word = (at.y / 2u) * params.sri_pitch + (at.x >> 3u);
-#ifdef WORDWISE
-        atomicStore(&effective[word], bytes);
-#else
+        let code = cut(origin, first, rate);
+        let byte = select((code.x << 2u) | code.y | split, 0u, is_identity);
 #ifdef SHARED_WORDS
-        atomicOr(&effective_words[index & ~3u], bytes << ((quad.x & 3u) * 8u));
+        atomicOr(&effective_words[index & ~3u], byte << ((quad.x & 3u) * 8u));
 #else
         // a word that two tiles share
+        let word = (at.y / 2u) * params.sri_pitch + (at.x >> 3u);
         let byte_shift = ((at.x >> 1u) & 3u) * 8u;
         atomicAnd(&effective[word], ~(255u << byte_shift));
-        atomicOr(&effective[word], bytes << byte_shift);
-#endif
+        atomicOr(&effective[word], byte << byte_shift);
 #endif
     }
 #endif
 
 #ifdef GRADED
 #ifdef LOCAL
-    for (var j = 0u; j < PER; j++) {
-        let here = at + vec2<u32>(j * 2u, 0u);
-        if own[j].inside != 0u {
-            let word = quad_grades(own[j], here);
-            graded[(here.y / 2u) * params.graded_pitch + here.x / 2u] = select(word, 0u, is_identity);
-        }
+    if is_inside {
+        let word = quad_grades(own, at);
+        graded[(at.y / 2u) * params.graded_pitch + at.x / 2u] = select(word, 0u, is_identity);
     }
 #else
     if is_inside {
@@ -340,15 +311,13 @@ fn build(
 
     // ---- Entries, gathered ----
 
-    for (var i = 0u; i < 4u * PER; i++) {
-        let j = i / 4u;
-        let place = first + vec2<u32>(j * 2u + (i & 1u), (i >> 1u) & 1u);
+    for (var i = 0u; i < 4u; i++) {
+        let place = first + vec2<u32>(i & 1u, i >> 1u);
 #ifdef LOCAL
-        let found = own[j];
-        var members = (found.leads >> ((i & 3u) * 4u)) & 15u;
-        var of_sky = ((found.sky >> (i & 3u)) & 1u) != 0u;
+        var members = (own.leads >> (i * 4u)) & 15u;
+        var of_sky = ((own.sky >> i) & 1u) != 0u;
         if is_identity {
-            members = found.inside & (1u << (i & 3u));
+            members = own.inside & (1u << i);
             of_sky = is_all_sky;
         }
         let mask = over_block(members, origin + place);
@@ -442,16 +411,28 @@ fn build(
     }
 #endif
     let all_entries = total + sky_total;
-    for (var nth = number; nth < all_entries; nth += LANES) {
+    for (var nth = number; nth < all_entries; nth += QUAD_COUNT) {
 #ifndef LIST
         if !is_mixed {
             break;
         }
 #endif
         let entry = staged[base_pixel + nth];
+#ifdef LINEAR_DEPTH
+        let deep_pixel = origin + vec2<u32>(entry & 0xffu, (entry >> 8u) & 0xffu);
+        let depth_share = linear_depth(deep_pixel);
+        let in_list_mask = (entry >> 16u) | (u32(depth_share * 65535.0 + 0.5) << 16u);
+#else
+        let in_list_mask = entry >> 16u;
+#endif
 #ifdef TILED
         if is_mixed {
-            coords[params.entries + slot * params.entries_per_tile + nth] = entry;
+#ifdef LINEAR_DEPTH
+            let word = deep_entry(entry, deep_pixel, u32(depth_share * 1048575.0 + 0.5));
+#else
+            let word = entry;
+#endif
+            coords[params.entries + slot * params.entries_per_tile + nth] = word;
         }
 #endif
 #ifdef COUNTERS
@@ -460,12 +441,12 @@ fn build(
         let pixel = origin + vec2<u32>(entry & 0xffu, (entry >> 8u) & 0xffu);
 #ifdef LIST
         let start = places[sub * 4u + select(0u, 1u, of_sky)] + in_list;
-        put_list(select(start, params.list_capacity - 1u - start, of_sky), pixel, entry >> 16u);
+        put_list(select(start, params.list_capacity - 1u - start, of_sky), pixel, in_list_mask);
 #endif
 #ifdef CLASSIFIED
         if is_mixed {
             let mixed_start = places[sub * 4u + select(2u, 3u, of_sky)] + in_list;
-            put_mixed(select(mixed_start, params.list_capacity - 1u - mixed_start, of_sky), pixel, entry >> 16u);
+            put_mixed(select(mixed_start, params.list_capacity - 1u - mixed_start, of_sky), pixel, in_list_mask);
         }
 #endif
 #endif

@@ -6,7 +6,7 @@
 
 #import vrcs::deblock::params::params
 #import vrcs::deblock::picture::{load, store}
-#import vrcs::deblock::groups::{rate_of, sample_of}
+#import vrcs::deblock::groups::{load_rates, rate_of, sample_of}
 #import vrcs::deblock::surfaces::{is_finite, is_usable, is_same, is_one_surface}
 
 #ifdef LUMA
@@ -29,9 +29,10 @@ var<workgroup> shared_codes: array<u32, 256>;
 #endif
 
 #ifndef LUMA
-// The coarse quads of a workgroup, in any order: the first invocations take one each, and the others are done.
+// The coarse quads of a workgroup, in any order: the first invocations take those that lie in one group each, the last ones the others,
+// and those between are done. So few waves do both.
 var<workgroup> coarse: array<u32, 256>;
-var<workgroup> coarse_count: atomic<u32>;
+var<workgroup> coarse_counts: array<atomic<u32>, 2>;
 #endif
 
 struct Tap {
@@ -181,6 +182,12 @@ struct Filtered {
     is_written: bool,
 }
 
+// A quad's colours, and a bit for each pixel that is still to be stored.
+struct FilteredQuad {
+    colors: array<vec4<f32>, 4>,
+    written: u32,
+}
+
 // What a quad's pixels have in common: width and height of their groups, as powers of two, whether coverage split the block; and, where
 // all four lie in one group, its sample and the taps.
 struct Quad {
@@ -190,8 +197,13 @@ struct Quad {
     taps: Taps,
 }
 
+// Whether all pixels of a quad lie in one group.
+fn is_one_group(rate: vec3<u32>) -> bool {
+    return rate.z == 0u && all(rate.xy != vec2<u32>(0u));
+}
+
 fn quad_of(at: vec2<u32>, rate: vec3<u32>) -> Quad {
-    let is_shared = rate.z == 0u && all(rate.xy != vec2<u32>(0u));
+    let is_shared = is_one_group(rate);
     var quad = Quad(rate, is_shared, vec2<u32>(0u), Taps(no_tap(), no_tap(), no_tap()));
     if is_shared {
         let first = at * 2u;
@@ -238,6 +250,102 @@ fn filtered(pixel: vec2<u32>, quad: Quad, own: vec4<f32>, across: vec4<f32>, dow
     return Filtered(blended(pixel, origin, own, is_active, taps), true);
 }
 
+#ifdef BY_QUADS
+// Where nothing is asked of each pixel alone, a quad is filtered as a whole, so that all of its taps are on their way at once: the same
+// values as by `filtered`.
+
+// A tap's colour where it may be used, else the pixel's own.
+fn usable_or(own: vec4<f32>, tap: Tap) -> vec3<f32> {
+    return select(own.rgb, tap.color.rgb, tap.is_inside && is_usable(tap.color));
+}
+
+// A pixel of a group, given the parts of the taps that lie across and down.
+fn blended_in_group(own: vec4<f32>, taps: Taps, part: vec2<f32>) -> vec4<f32> {
+    let across = usable_or(own, taps.across);
+    let down = usable_or(own, taps.down);
+    let diagonal = usable_or(own, taps.diagonal);
+    let near = own.rgb + (across - own.rgb) * part.x;
+    let far = down + (diagonal - down) * part.x;
+    return select(own, vec4<f32>(near + (far - near) * part.y, own.a), is_usable(own));
+}
+
+// Which of four pixels are no samples, given the bits of those that are, and lie in the extent.
+fn written_of(first: vec2<u32>, samples: u32) -> u32 {
+    let room = params.extent - first;
+    return 15u & ~samples & select(5u, 15u, room.x > 1u) & select(3u, 15u, room.y > 1u);
+}
+
+// The parts of a tap in a quad's two columns, or in its two lines.
+fn parts_of(first: u32, own: u32, tap: u32, is_inside: bool) -> vec2<f32> {
+    return select(vec2<f32>(0.0), vec2<f32>(weight(first, own, tap), weight(first + 1u, own, tap)), is_inside);
+}
+
+// A quad that lies in one group.
+fn filter_group(first: vec2<u32>, quad: Quad, colors: array<vec4<f32>, 4>) -> FilteredQuad {
+    let taps = quad.taps;
+    let columns = parts_of(first.x, quad.origin.x, taps.across.at.x, taps.across.is_inside);
+    let lines = parts_of(first.y, quad.origin.y, taps.down.at.y, taps.down.is_inside);
+    // the sample may lie in another quad of the group
+    let place = quad.origin - first;
+    let samples = select(0u, 1u << (place.x + place.y * 2u), all(place < vec2<u32>(2u)));
+    return FilteredQuad(
+        array<vec4<f32>, 4>(
+            blended_in_group(colors[0], taps, vec2<f32>(columns.x, lines.x)),
+            blended_in_group(colors[1], taps, vec2<f32>(columns.y, lines.x)),
+            blended_in_group(colors[2], taps, vec2<f32>(columns.x, lines.y)),
+            blended_in_group(colors[3], taps, vec2<f32>(columns.y, lines.y)),
+        ),
+        written_of(first, samples),
+    );
+}
+
+// The one tap of a pair of pixels, of which the first is given: beyond the pixel that is no sample.
+fn tap_of_pair(first: vec2<u32>, axis: vec2<u32>, sample: vec2<u32>) -> Tap {
+    let is_first = all(sample == first);
+    return tap_at(vec2<i32>(first) + vec2<i32>(axis) * select(-1, 2, is_first));
+}
+
+// The pixel of a pair that is no sample.
+fn blended_in_pair(own: vec4<f32>, pixel: vec2<u32>, sample: vec2<u32>, tap: Tap) -> vec4<f32> {
+    // the three lie on one line: along the other axis there is no distance
+    let part = max(weight(pixel.x, sample.x, tap.at.x), weight(pixel.y, sample.y, tap.at.y));
+    let other = usable_or(own, tap);
+    return select(own, vec4<f32>(own.rgb + (other - own.rgb) * part, own.a), is_usable(own));
+}
+
+// A quad of two pairs, side by side or one above the other.
+fn filter_pairs(first: vec2<u32>, rate: vec2<u32>, colors: array<vec4<f32>, 4>) -> FilteredQuad {
+    let axis = rate;
+    let other = axis.yx;
+    let second = first + other;
+    let sample = sample_of(first, rate);
+    let second_sample = sample_of(second, rate);
+    let tap = tap_of_pair(first, axis, sample);
+    let second_tap = tap_of_pair(second, axis, second_sample);
+    let is_first = all(sample == first);
+    let second_is_first = all(second_sample == second);
+    let is_row = axis.x != 0u;
+    // the pixels that are no samples
+    let pixel = first + select(vec2<u32>(0u), axis, is_first);
+    let second_pixel = second + select(vec2<u32>(0u), axis, second_is_first);
+    let right = select(colors[2], colors[1], is_row);
+    let left_below = select(colors[1], colors[2], is_row);
+    let done = blended_in_pair(select(colors[0], right, is_first), pixel, sample, tap);
+    let second_done = blended_in_pair(select(left_below, colors[3], second_is_first), second_pixel, second_sample, second_tap);
+    let step = select(2u, 1u, is_row);
+    let across = 3u - step;
+    let samples = (1u << select(step, 0u, is_first)) | (1u << (across + select(step, 0u, second_is_first)));
+    var out = colors;
+    out[0] = select(done, colors[0], is_first);
+    out[3] = select(colors[3], second_done, second_is_first);
+    let in_step = select(colors[1], done, is_row && is_first);
+    out[1] = select(in_step, second_done, !is_row && !second_is_first);
+    let in_across = select(colors[2], done, !is_row && is_first);
+    out[2] = select(in_across, second_done, is_row && !second_is_first);
+    return FilteredQuad(out, written_of(first, samples));
+}
+#endif
+
 // One of four. An index that is not known would put them into memory.
 fn chosen(colors: array<vec4<f32>, 4>, i: u32) -> vec4<f32> {
     let upper = select(colors[0], colors[1], (i & 1u) != 0u);
@@ -250,22 +358,98 @@ fn quad_at(group: vec2<u32>, index: u32) -> vec2<u32> {
     return group * 16u + vec2<u32>(index & 15u, index >> 4u);
 }
 
+#ifdef BY_QUADS
+#ifdef SPLITS
+// A quad whose block coverage has split: who shares is told by who is equal. One pixel after the other, and each is loaded anew: what is
+// kept meanwhile costs every quad registers, and there are few of these.
+fn filter_split(first: vec2<u32>, rate: vec2<u32>, colors: array<vec4<f32>, 4>) -> FilteredQuad {
+    // bits 0 and 1: the pixels of a line are equal; bits 2 and 3: those of a column are
+    let same = select(0u, 1u, is_same(colors[0], colors[1])) | select(0u, 2u, is_same(colors[2], colors[3]))
+        | select(0u, 4u, is_same(colors[0], colors[2])) | select(0u, 8u, is_same(colors[1], colors[3]));
+    var out = FilteredQuad(colors, 0u);
+    for (var i = 0u; i < 4u; i++) {
+        let pixel = first + vec2<u32>(i & 1u, i >> 1u);
+        let origin = sample_of(pixel, rate);
+        let is_copy = pixel != origin;
+        if any(pixel >= params.extent) || !any(is_copy) {
+            continue;
+        }
+        let own = load(pixel);
+        let is_active = is_copy & vec2<bool>(((same >> (i >> 1u)) & 1u) != 0u, ((same >> (2u + (i & 1u))) & 1u) != 0u);
+        var color = own;
+        if any(is_active) && is_usable(own) {
+            color = blended(pixel, origin, own, is_active, taps_of(pixel, rate, origin, is_active));
+        }
+#ifdef LUMA
+        // an index that is not known would put them into memory
+        out.colors[0] = select(out.colors[0], color, i == 0u);
+        out.colors[1] = select(out.colors[1], color, i == 1u);
+        out.colors[2] = select(out.colors[2], color, i == 2u);
+        out.colors[3] = select(out.colors[3], color, i == 3u);
+#endif
+        store(pixel, color);
+    }
+    return out;
+}
+#endif
+#else
+// A coarse quad, one pixel after the other. Not unrolled: with all that a pixel may need, four copies are slow to compile.
+fn filter_pixels(at: vec2<u32>, rate: vec3<u32>, colors: array<vec4<f32>, 4>) -> FilteredQuad {
+    let quad = quad_of(at, rate);
+    var out = FilteredQuad(colors, 0u);
+    for (var i = 0u; i < 4u; i++) {
+        let pixel = at * 2u + vec2<u32>(i & 1u, i >> 1u);
+        let done = filtered(pixel, quad, chosen(colors, i), chosen(colors, i ^ 1u), chosen(colors, i ^ 2u));
+        if done.is_written {
+            store(pixel, done.color);
+        }
+#ifdef LUMA
+        out.colors[0] = select(out.colors[0], done.color, i == 0u);
+        out.colors[1] = select(out.colors[1], done.color, i == 1u);
+        out.colors[2] = select(out.colors[2], done.color, i == 2u);
+        out.colors[3] = select(out.colors[3], done.color, i == 3u);
+#endif
+    }
+    return out;
+}
+#endif
+
+// Filters a coarse quad; its colours then, and a bit for each pixel that is still to be stored.
+fn filter_quad(at: vec2<u32>, rate: vec3<u32>, colors: array<vec4<f32>, 4>) -> FilteredQuad {
+#ifdef BY_QUADS
+    if is_one_group(rate) {
+        return filter_group(at * 2u, quad_of(at, rate), colors);
+    }
+#ifdef SPLITS
+    if rate.z != 0u {
+        return filter_split(at * 2u, rate.xy, colors);
+    }
+#endif
+    return filter_pairs(at * 2u, rate.xy, colors);
+#else
+    return filter_pixels(at, rate, colors);
+#endif
+}
+
 @compute @workgroup_size(256)
 fn filter_quads(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) index: u32) {
+    load_rates(group.xy, index);
+#ifndef LUMA
+    if index < 2u {
+        atomicStore(&coarse_counts[index], 0u);
+    }
+#endif
+    workgroupBarrier();
     var at = quad_at(group.xy, index);
     var rate = rate_of(at);
 #ifndef LUMA
-    let is_coarse = any(rate.xy != vec2<u32>(0u));
-    if index == 0u {
-        atomicStore(&coarse_count, 0u);
+    if any(rate.xy != vec2<u32>(0u)) {
+        let kind = select(1u, 0u, is_one_group(rate));
+        let place = atomicAdd(&coarse_counts[kind], 1u);
+        coarse[select(place, 255u - place, kind == 1u)] = index | (rate.x << 8u) | (rate.y << 10u) | (rate.z << 12u);
     }
     workgroupBarrier();
-    if is_coarse {
-        let place = atomicAdd(&coarse_count, 1u);
-        coarse[place] = index | (rate.x << 8u) | (rate.y << 10u) | (rate.z << 12u);
-    }
-    workgroupBarrier();
-    if index >= atomicLoad(&coarse_count) {
+    if index >= atomicLoad(&coarse_counts[0]) && index < 256u - atomicLoad(&coarse_counts[1]) {
         return;
     }
     let taken = coarse[index];
@@ -279,36 +463,30 @@ fn filter_quads(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
     // a pixel outside repeats one inside; it is never written
     let last = params.extent - 1u;
     let colors = array<vec4<f32>, 4>(load(min(a, last)), load(min(b, last)), load(min(c, last)), load(min(d, last)));
-#ifdef LUMA
-    var mine = 0u;
-    var inside = 0u;
-    var are_finite = true;
-#endif
-    let is_filtered = any(rate.xy != vec2<u32>(0u));
-    var quad = Quad(rate, false, vec2<u32>(0u), Taps(no_tap(), no_tap(), no_tap()));
-    if is_filtered {
-        quad = quad_of(at, rate);
-    }
-    // not unrolled here: with all that a pixel may need, four copies are slow to compile
-    for (var i = 0u; i < 4u; i++) {
-        let pixel = a + vec2<u32>(i & 1u, i >> 1u);
-        var done = Filtered(chosen(colors, i), false);
-        if is_filtered {
-            done = filtered(pixel, quad, done.color, chosen(colors, i ^ 1u), chosen(colors, i ^ 2u));
-            if done.is_written {
-                store(pixel, done.color);
-            }
+    var done = FilteredQuad(colors, 0u);
+    if any(rate.xy != vec2<u32>(0u)) {
+        done = filter_quad(at, rate, colors);
+        if (done.written & 1u) != 0u {
+            store(a, done.colors[0]);
         }
-#ifdef LUMA
-        if all(pixel < params.extent) {
-            mine |= luma_code(done.color) << (i * 8u);
-            inside |= 0xffu << (i * 8u);
-            are_finite = are_finite && is_finite(done.color);
+        if (done.written & 2u) != 0u {
+            store(b, done.colors[1]);
         }
-#endif
+        if (done.written & 4u) != 0u {
+            store(c, done.colors[2]);
+        }
+        if (done.written & 8u) != 0u {
+            store(d, done.colors[3]);
+        }
     }
 #ifdef LUMA
-    mine = codes_of(mine, are_finite, inside);
+    let codes = luma_code(done.colors[0]) | (luma_code(done.colors[1]) << 8u) | (luma_code(done.colors[2]) << 16u)
+        | (luma_code(done.colors[3]) << 24u);
+    let inside = select(0u, 0xffu, all(a < params.extent)) | select(0u, 0xff00u, all(b < params.extent))
+        | select(0u, 0xff0000u, all(c < params.extent)) | select(0u, 0xff000000u, all(d < params.extent));
+    // a pixel outside repeats one inside
+    let are_finite = is_finite(done.colors[0]) && is_finite(done.colors[1]) && is_finite(done.colors[2]) && is_finite(done.colors[3]);
+    let mine = codes_of(codes, are_finite, inside);
     shared_codes[index] = mine;
     workgroupBarrier();
     // of two quads, the left one writes the upper line's word, the right one the lower line's
@@ -327,6 +505,8 @@ fn filter_quads(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
 // The way back: what `filter_quads` wrote goes from the scratch texture, which is bound as the picture here, to the picture.
 @compute @workgroup_size(256)
 fn return_quads(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) index: u32) {
+    load_rates(group.xy, index);
+    workgroupBarrier();
     let at = quad_at(group.xy, index);
     let rate = rate_of(at).xy;
     if all(rate == vec2<u32>(0u)) {

@@ -28,6 +28,8 @@ struct Params {
     reach: vec4<u32>,
     // A code for each id, four bits each.
     ids: array<vec4<u32>, 8>,
+    // Where the view lies in the pictures.
+    origin: vec2<u32>,
 }
 
 @group(0) @binding(0) var<uniform> params: Params;
@@ -60,8 +62,9 @@ fn combined(combiner: u32, found: u32, own: u32) -> u32 {
     return combine(combiner, found, own, params.largest);
 }
 
-fn of_pixel(found: u32, at: vec2<i32>) -> u32 {
+fn of_pixel(found: u32, pixel: vec2<i32>) -> u32 {
     var rate = found;
+    let at = pixel + vec2<i32>(params.origin);
 #ifdef IDS
     let id = textureLoad(ids, at, 0).x;
     if id < 256u {

@@ -1,7 +1,7 @@
 // The rate of a tile of 16x16 pixels (GDC 2019, pass 2): its furthest depth tells how it moved, the previous picture's tiles are fetched
 // there between four of them, and motion and the shiniest of its surfaces scale what they say. A workgroup makes a tile. Its CPU twin is src/analyse/tiles.rs.
 
-#import vrcs::analyse::params::{params, largest, SPEEDS}
+#import vrcs::analyse::params::{params, largest, SPEEDS, here, before}
 #ifdef MATERIALS
 #import vrcs::analyse::fixed::byte_of
 #endif
@@ -85,8 +85,8 @@ fn look_back(p: vec2<u32>) {
         return;
     }
 #ifdef DEPTH
-    let now = inverse_depth(textureLoad(depth, vec2<i32>(p), 0).x);
-    let then = inverse_depth(textureLoad(depth_before, position, 0).x);
+    let now = inverse_depth(textureLoad(depth, here(p), 0).x);
+    let then = inverse_depth(textureLoad(depth_before, before(vec2<u32>(position)), 0).x);
     if was_covered(now, then) {
         atomicOr(&is_hidden, 1u);
     }
@@ -163,7 +163,7 @@ fn tile_rates(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation
     for (var i = index; i < 256u; i += 64u) {
         let p = low + vec2<u32>(i & 15u, i >> 4u);
         if all(p < high) {
-            let bits = bitcast<u32>(textureLoad(depth, vec2<i32>(p), 0).x);
+            let bits = bitcast<u32>(textureLoad(depth, here(p), 0).x);
             let value = select(bits, 0u, bits == 0x80000000u);
             if value > 0x3f800000u {
                 atomicOr(&is_lost, 1u);
@@ -173,7 +173,7 @@ fn tile_rates(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation
                 atomicMax(&furthest, value);
             }
 #ifdef MATERIALS
-            let surface = textureLoad(materials, vec2<i32>(p), 0).xy;
+            let surface = textureLoad(materials, here(p), 0).xy;
             atomicMax(&shine, byte_of(surface.x) * byte_of(surface.y));
 #endif
         }

@@ -60,6 +60,9 @@ pub struct Scene {
     /// Whether the previous picture's √luma is wanted, for later frames to use instead of its colour. A deblocker that
     /// writes it already makes this needless; so does a scene that has it.
     pub sqrt_luma: bool,
+    /// Whether the pictures hold more than the view, which then has an [origin](crate::analyse::Frame::origin) in them: of a split
+    /// screen, say.
+    pub origin: bool,
 }
 
 /// A binding of the analysis.
@@ -203,6 +206,12 @@ pub enum PlanError {
     /// An effect that looks at pixels, in a stage by tiles.
     #[error("{0} looks at pixels one by one, and the stage goes by tiles (Fetch::Tile)")]
     ByTiles(&'static str),
+    /// An effect that changes how much of the content's error is tolerated, where motion alone decides.
+    #[error(
+        "{0} changes how much of the content's error is tolerated, and here motion alone decides, whatever the content \
+         (Blur::Standalone, Blur::Ladder): leave one of the two out"
+    )]
+    MotionAlone(&'static str),
     /// Tiles move by cameras and depth, not by vectors.
     #[error(
         "a stage by tiles moves them by depth and cameras; the scene declares motion vectors, which it would not look at"
@@ -334,6 +343,9 @@ impl Plan {
         let is_by_tiles = settings.is_by_tiles();
         if let (true, Some(effect)) = (is_by_tiles, settings.first_by_pixel()) {
             return Err(PlanError::ByTiles(effect));
+        }
+        if let (true, Some(effect)) = (settings.is_by_motion_alone(), settings.first_of_content()) {
+            return Err(PlanError::MotionAlone(effect));
         }
         if is_by_tiles && scene.motion {
             return Err(PlanError::TilesOfVectors);
@@ -600,6 +612,7 @@ fn effects(scene: &Scene, settings: &Settings) -> Vec<&'static str> {
         ("BLUR", settings.later_blur),
         ("LENS", settings.lens.is_some()),
         ("PLAIN", scene.plain_rates),
+        ("ORIGIN", scene.origin),
         ("REASONS", scene.reasons),
         (
             "WRITE_LUMA",
@@ -641,7 +654,7 @@ impl fmt::Display for Plan {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analyse::settings::{Motion, Reprojection};
+    use crate::analyse::settings::{Foveation, HalfRate, Ladder, Motion, Reprojection, SafeArea};
 
     #[test]
     fn nothing_that_is_not_called_for_is_there() {
@@ -723,5 +736,49 @@ mod tests {
             error.to_string(),
             "transparents needs the colour after transparents, which the scene does not declare"
         );
+    }
+
+    #[test]
+    fn what_content_tolerates_is_refused_where_motion_alone_decides() {
+        let scene = Scene {
+            motion: true,
+            after_transparents: true,
+            previous_rates: true,
+            noise: true,
+            ..Scene::default()
+        };
+        type Effect = (&'static str, fn(&mut Settings));
+        let effects: [Effect; 6] = [
+            ("stability", |s| s.stability = Stability::Hysteresis),
+            ("the extra half rate", |s| {
+                s.half_rate = Some(HalfRate::default())
+            }),
+            ("transparents", |s| s.transparents = true),
+            ("foveation", |s| s.foveation = Some(Foveation::default())),
+            ("quality overshoot", |s| s.overshoot = vec![[1.0, 0.5]]),
+            ("a safe area", |s| s.safe_area = Some(SafeArea::default())),
+        ];
+        for blur in [
+            Blur::Standalone { error: 0.1 },
+            Blur::Ladder(Ladder::default()),
+        ] {
+            for (name, set) in effects {
+                let mut settings = Settings {
+                    motion: Some(Motion {
+                        blur,
+                        ..Motion::default()
+                    }),
+                    ..Settings::default()
+                };
+                assert!(Plan::new(&scene, &settings).is_ok());
+                set(&mut settings);
+                assert_eq!(
+                    Plan::new(&scene, &settings),
+                    Err(PlanError::MotionAlone(name))
+                );
+                settings.motion = Some(Motion::default());
+                assert!(Plan::new(&scene, &settings).is_ok(), "{name} by content");
+            }
+        }
     }
 }

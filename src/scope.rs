@@ -29,6 +29,22 @@ pub(crate) fn caught<T>(device: &wgpu::Device, make: impl FnOnce() -> T) -> Resu
     }
 }
 
+/// Whether two devices are one, where wgpu's numbers are the same: see [`Home`](crate::home::Home).
+pub(crate) fn is_same(one: &wgpu::Device, other: &wgpu::Device) -> bool {
+    let outer = other.push_error_scope(wgpu::ErrorFilter::Validation);
+    let inner = one.push_error_scope(wgpu::ErrorFilter::Validation);
+    // a buffer that is used for nothing is an error, and nothing else
+    let _ = other.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("vrcs asks whether two devices are one"),
+        size: 4,
+        usage: wgpu::BufferUsages::empty(),
+        mapped_at_creation: false,
+    });
+    let in_inner = at_once(inner.pop());
+    let in_outer = at_once(outer.pop());
+    in_inner.is_some() || in_outer.is_none()
+}
+
 /// What a future has already: it is asked once, and the device not at all.
 fn at_once<T>(future: impl Future<Output = Option<T>>) -> Option<T> {
     match Future::poll(pin!(future), &mut Context::from_waker(Waker::noop())) {

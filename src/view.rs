@@ -23,6 +23,7 @@ use crate::{
     },
     coverage::Textures,
     dispatch::bindings::{Bindings, layout_entries},
+    home::Home,
     object::ObjectOptions,
     scope,
     sri::{Sri, SriLayout},
@@ -32,8 +33,10 @@ use crate::{
 #[derive(Debug)]
 pub struct View {
     device: wgpu::Device,
+    home: Home,
     label: String,
     extent: [u32; 3],
+    origin: [u32; 2],
     enabled: bool,
     order: Order,
     layout: CoordLayout,
@@ -87,6 +90,21 @@ impl View {
         View::of_builder(device, queue, extent, builder, objects)
     }
 
+    /// Makes a view by a builder that there is.
+    ///
+    /// # Errors
+    /// As [`View::new`].
+    #[cfg(feature = "cli")]
+    pub(crate) fn by(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        extent: [u32; 3],
+        builder: Arc<Builder>,
+    ) -> Result<View, ViewError> {
+        check(device, extent, builder.options())?;
+        View::of_builder(device, queue, extent, builder, &ObjectOptions::default())
+    }
+
     /// Makes another view with this one's options, by the same pipelines: the second half of a split screen, the other eye of a
     /// headset. The two share nothing else.
     ///
@@ -123,6 +141,7 @@ impl View {
         let view = View {
             label: objects.label.unwrap_or("vrcs").to_owned(),
             extent,
+            origin: [0; 2],
             enabled: true,
             order: Order::Fixed,
             layout: CoordLayout::new(size, options),
@@ -132,6 +151,7 @@ impl View {
             most_groups: device.limits().max_compute_workgroups_per_dimension,
             bound,
             params: Mutex::default(),
+            home: Home::of(device),
             device: device.clone(),
         };
         view.write_build_params(queue);
@@ -155,8 +175,16 @@ impl View {
     /// # Errors
     /// If a declared texture is missing, too small or not what was declared; the view then stays as it is.
     pub fn cover(&mut self, queue: &wgpu::Queue, textures: &Textures) -> Result<(), ViewError> {
-        check_textures(self.builder.options(), textures, self.extent)?;
-        let bind = || self.builder.bind(&self.device, &self.buffers, textures);
+        check_textures(self.builder.options(), textures, self.extent, self.origin)?;
+        let texels = textures.scale.saturating_add(1);
+        let placed = Textures {
+            sample: [0, 1].map(|axis| {
+                let first = self.origin[axis].saturating_mul(texels);
+                textures.sample[axis].saturating_add(first)
+            }),
+            ..*textures
+        };
+        let bind = || self.builder.bind(&self.device, &self.buffers, &placed);
         let bound = scope::caught(&self.device, bind);
         let bound = bound.map_err(|error| ViewError::Refused(scope::in_words(&error)))?;
         self.bound = Some(bound.ok_or(ViewError::Uncovered)?);
@@ -170,7 +198,7 @@ impl View {
         self.order = Order::Rotating(frame);
     }
 
-    /// Which pixel of a group is shaded: what a [deblocker](crate::deblock::Deblocker::set_frame) has to know.
+    /// Which pixel of a group is shaded: what a [deblocker](crate::deblock::Deblocker) has to know.
     pub fn order(&self) -> Order {
         self.order
     }
@@ -185,8 +213,8 @@ impl View {
     /// [given](View::cover) again: until then, a build is refused.
     ///
     /// Buffers that are too small are made anew. Then [`generation`](View::generation) is another, and what holds the old ones has to be
-    /// bound again: an [`Analyser`](crate::Analyser) refuses to go on, but what a [deblocker](crate::deblock::Bound) is bound to and bind groups of
-    /// the caller's own cannot tell.
+    /// bound again: an [`Analyser`](crate::Analyser) and a [deblocker](crate::deblock::Deblocker::record_view) refuse to go on until it is.
+    /// Bind groups of the caller's own cannot tell.
     ///
     /// # Errors
     /// If the extent is empty or too large for the device; the view then stays as it is.
@@ -216,6 +244,36 @@ impl View {
         self.write_build_params(queue);
         self.write_params(queue);
         Ok(())
+    }
+
+    /// Says where the view's first pixel lies in the pictures that several views share: those of the coverage, of an analysis and of a
+    /// deblocker. At first it is their first corner. Where coverage is declared, its textures have to be [given](View::cover) again: until
+    /// then, a build is refused. See [split screens](crate#several-views).
+    ///
+    /// # Errors
+    /// If the extent would end beyond 65,536 pixels; the view then stays as it is.
+    pub fn set_origin(&mut self, origin: [u32; 2]) -> Result<(), ViewError> {
+        let is_within = |axis: usize| {
+            origin[axis]
+                .checked_add(self.extent[axis])
+                .is_some_and(|end| end <= 1 << 16)
+        };
+        if !is_within(0) || !is_within(1) {
+            return Err(ViewError::Origin {
+                origin,
+                extent: self.extent,
+            });
+        }
+        if origin != self.origin && !self.builder.options().coverage.is_empty() {
+            self.bound = None;
+        }
+        self.origin = origin;
+        Ok(())
+    }
+
+    /// Where the view's first pixel lies in pictures that hold more than the view.
+    pub fn origin(&self) -> [u32; 2] {
+        self.origin
     }
 
     /// Turns variable-rate shading on or off for what is submitted from now on. Off, every pixel is shaded, by the
@@ -345,8 +403,8 @@ impl View {
         self.bound.as_ref().ok_or(ViewError::Uncovered)
     }
 
-    pub(crate) fn device(&self) -> &wgpu::Device {
-        &self.device
+    pub(crate) fn home(&self) -> &Home {
+        &self.home
     }
 
     pub(crate) fn most_groups(&self) -> u32 {
@@ -444,9 +502,9 @@ impl View {
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: true,
         });
-        match buffer.get_mapped_range_mut(..) {
-            Ok(mut range) => range.copy_from_slice(bytemuck::bytes_of(&params)),
-            Err(error) => unreachable!("a buffer that is mapped at its creation: {error}"),
+        // a device without memory for it, or that is lost, has told its owner, and runs nothing that reads it
+        if let Ok(mut range) = buffer.get_mapped_range_mut(..) {
+            range.copy_from_slice(bytemuck::bytes_of(&params));
         }
         buffer.unmap();
         known.push(ParamsFor {

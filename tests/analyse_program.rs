@@ -821,8 +821,8 @@ fn a_plan_has_what_its_scene_declares_and_nothing_else() {
     };
     // parameters, tables, rates, colour, the rates before
     assert_eq!(bindings("ramps"), 5);
-    // and motion, two depths, materials
-    assert_eq!(bindings("interior"), 9);
+    // and motion, two depths, materials, the colour after transparents
+    assert_eq!(bindings("interior"), 10);
     // the whole frame: a scene with surfaces tells them apart in both stages that follow, one without in neither
     for (name, has_surfaces) in [("interior", true), ("ramps", false)] {
         let json = plan(&[name, "--json"]).stdout;
@@ -833,7 +833,7 @@ fn a_plan_has_what_its_scene_declares_and_nothing_else() {
             let found = effects.iter().any(|effect| effect == "SURFACES");
             assert_eq!(found, has_surfaces, "{name}, {stage}: {effects:?}");
         }
-        assert!(json["own"].as_array().expect("a list").len() > 1);
+        assert!(json["rewritten"].as_array().expect("a list").len() > 1);
     }
     // what is printed is what the report says, and what runs
     for scene in SceneName::ALL {
@@ -867,4 +867,46 @@ fn a_plan_has_what_its_scene_declares_and_nothing_else() {
         "a blur without motion is left out"
     );
     assert_error(&plan(&["hall"]), 2, &["hall", "interior"], &folder);
+    // a renderer's own settings: what they ask for is planned, and nothing that the declaration would serve besides
+    let settings = at(&folder, "mine.toml");
+    let with_settings = |text: &str| {
+        std::fs::write(&settings, text).expect("a file");
+        plan(&[&scene, "--settings", &settings, "--json"])
+    };
+    std::fs::write(
+        &scene,
+        "motion = true\nmaterials = true\nprevious-rates = true\n",
+    )
+    .expect("a file");
+    let all = bindings(&scene);
+    let output = with_settings("[content]\nthreshold = 0.1\n");
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    // parameters, tables, rates, colour
+    assert_eq!(
+        (json["bindings"].as_array().expect("a list").len(), all),
+        (4, 7)
+    );
+    assert_error(
+        &with_settings("[foveation]\n[motion]\nblur = { standalone = { error = 0.2 } }\n"),
+        1,
+        &[
+            "scene.toml with",
+            "mine.toml",
+            "foveation",
+            "motion alone decides",
+        ],
+        &folder,
+    );
+    assert_error(
+        &with_settings("[content]\nthreshhold = 1\n"),
+        3,
+        &["mine.toml:2"],
+        &folder,
+    );
+    assert_error(
+        &plan(&["ramps", "--settings", &settings]),
+        2,
+        &["ramps", "--preset"],
+        &folder,
+    );
 }

@@ -8,7 +8,7 @@ use vrcs::{
     build::BuildOptions,
     check::{Job, Report},
 };
-use vrcs_passes::{Entries, Options, Source, options::MaxRate, rewrite};
+use vrcs_passes::{Code, Entries, Options, Source, explain::explain, options::MaxRate, rewrite};
 
 fn shader(name: &str) -> Source {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -32,6 +32,17 @@ fn hold(name: &str) -> Report {
     common::hold_every_law(&source, job, 0, 8)
 }
 
+/// Whether a shader that lavapipe takes minutes to compile is left to the other driver: its compiler makes a coroutine of what has
+/// barriers, and splits it anew at each.
+fn is_left_to_another_driver(name: &str) -> bool {
+    let info = common::gpu().info;
+    let is_slow = info.name.contains("llvmpipe");
+    if is_slow {
+        println!("skipped: {name} on {}: it compiles for minutes", info.name);
+    }
+    is_slow
+}
+
 macro_rules! laws {
     ($($name:ident)+) => {
         $(
@@ -43,32 +54,70 @@ macro_rules! laws {
     };
 }
 
+macro_rules! laws_but_on_lavapipe {
+    ($($name:ident)+) => {
+        $(
+            #[test]
+            fn $name() {
+                if !is_left_to_another_driver(stringify!($name)) {
+                    hold(stringify!($name));
+                }
+            }
+        )+
+    };
+}
+
 laws! {
     batches_until
     bilateral
     blur_apron
     blur_separable
     column_sum
+    dof_tile
+    fft_row
+    gtao_edges
     handed_on
     helper_barriers
     light_batches
     light_list
+    list_ranges
+    live_values
+    masked_region
+    nested_cascades
     nested_loops
     occlusion
     other_barriers
     override_lengths
     override_size
+    override_tile
     own_stack
+    ping_pong
     prefix_sum
+    private_seed
     private_taps
+    reflections
+    shadow_mask
     sides_12_2
     sides_15_9
     sides_5_4
     sides_6_10
+    switched_barriers
     tiled_deferred
+    uniform_guard
     uniform_load
     whole_group_leaves
     wide_blur
+}
+
+laws_but_on_lavapipe! {
+    batches_continue
+    bilateral_two
+    deferred_bounds
+    helper_reduce
+    histogram
+    matrix_product
+    one_arm
+    taa_tile
 }
 
 /// The same for rates that are 4 wide or 4 high, where the tile has room for them: on tiles of 64 by 1 they are 2 wide at most.
@@ -101,6 +150,59 @@ fn what_a_barrier_keeps_apart_is_not_exchanged() {
     let rewritten =
         rewrite(&module, &info, Entries::PerPixel, &Options::default()).expect("a rewrite");
     assert!(!rewritten.warnings.is_empty());
+}
+
+/// How a shader was taken apart is told: its regions, what is handed on, the memory that this takes; and of a region that is masked, the line.
+#[test]
+fn how_a_shader_was_taken_apart_is_told() {
+    let told = |name: &str| {
+        let source = shader(name);
+        let (module, info) = common::parse(&source);
+        explain(&module, &info, &source, Some("main"), &Options::default()).swap_remove(0)
+    };
+    let group = |name: &str| told(name).group.expect("a group");
+    let batches = group("light_batches");
+    assert_eq!((batches.masked, batches.added_memory), (0, 0));
+    assert!(batches.per_pixel > 0 && batches.per_pixel < batches.regions);
+    assert_eq!(batches.exchanged, <[&str; 0]>::default());
+    let handed = group("handed_on");
+    assert_eq!(handed.exchanged, ["mine", "odd", "seen"]);
+    // a word of each of 64 invocations, three times
+    assert_eq!(handed.added_memory, 3 * 64 * 4);
+    let masked = told("masked_region");
+    assert_eq!(masked.group.as_ref().map(|group| group.masked), Some(1));
+    let warning = masked
+        .findings
+        .iter()
+        .find(|found| found.code == Code::MaskedRegion.to_string());
+    let place = &warning.expect("a warning").places[0];
+    let text = shader("masked_region").text().to_owned();
+    let line = text.lines().position(|line| line.contains("textureStore"));
+    assert_eq!(Some(place.line), line.map(|line| line + 1));
+}
+
+/// What a shader takes of workgroup memory, exchanges included, is held against the device's, and refused with the sizes.
+#[test]
+fn more_workgroup_memory_than_the_device_has_is_refused_with_the_sizes() {
+    let (module, info) = common::parse(&shader("handed_on"));
+    let with = |most: u32| {
+        let options = Options {
+            max_workgroup_memory: most,
+            ..Options::default()
+        };
+        rewrite(&module, &info, Entries::PerPixel, &options)
+    };
+    let rewritten = with(16_384).expect("room for it");
+    let group = rewritten.manifest.entries[0]
+        .group
+        .clone()
+        .expect("a group");
+    let sum = group.author_memory + group.added_memory;
+    with(sum).expect("exactly as much as it needs");
+    let refusal = with(sum - 1).expect_err("too little").to_string();
+    for size in [sum, sum - 1, group.author_memory, group.added_memory] {
+        assert!(refusal.contains(&size.to_string()), "{size}: {refusal}");
+    }
 }
 
 /// The sides of a workgroup that overrides decide: the tile follows them.

@@ -7,7 +7,7 @@ use vrcs::{
     Rate, View,
     analyse::half::{self, HalfResolution},
     build::{
-        BuildOptions, Modes,
+        BuildOptions, Entry, LinearDepth, Modes,
         cpu::{self, Coordinates, Frame},
         effective,
         primary::Order,
@@ -243,6 +243,109 @@ fn coverage_on_the_gpu_is_that_of_its_cpu_twin() {
         split > 1000 && whole > 1000 && skies > 1000,
         "{split} {whole} {skies}"
     );
+}
+
+/// Entries carry the linear depth of their primaries, in every kind of depth and every list; what is packed is read again.
+#[test]
+fn entries_carry_linear_depth() {
+    let gpu = common::gpu();
+    let mut rng = Rng::with_seed(common::seed());
+    let linear = LinearDepth {
+        near: 0.5,
+        far: 100.0,
+    };
+    let kinds = [
+        DepthKind::Reversed,
+        DepthKind::ReversedFinite {
+            near: 0.5,
+            far: 100.0,
+        },
+        DepthKind::Standard {
+            near: 0.5,
+            far: 100.0,
+        },
+        DepthKind::Linear,
+    ];
+    for (index, kind) in kinds.into_iter().enumerate() {
+        // a distance, as the kind of texture has it, is told to a step
+        let step = 1.0 / LinearDepth::LISTED as f32;
+        for distance in [0.5, 0.75, 3.0, 40.0, 99.0] {
+            let texel = match kind {
+                DepthKind::Linear => distance,
+                DepthKind::Reversed => 0.5 / distance,
+                DepthKind::Standard { near, far } => {
+                    far / (far - near) - far * near / (far - near) / distance
+                }
+                DepthKind::ReversedFinite { near, far } => {
+                    far * near / (far - near) / distance - near / (far - near)
+                }
+            };
+            let wanted = (distance - 0.5) / 99.5;
+            // near the far plane a texel has few digits of the distance
+            let few = 4e-7 * distance * distance;
+            assert!(
+                (linear.share(texel, kind) - wanted).abs() <= step + few,
+                "{kind:?} at {distance}"
+            );
+        }
+        for texel in [f32::NAN, f32::INFINITY, -3.0] {
+            assert_eq!(
+                linear.share(texel, DepthKind::Linear),
+                1.0,
+                "{texel} is far"
+            );
+        }
+        let coverage = Coverage {
+            surfaces: true,
+            depth: Some(Depth::new(kind)),
+            sky: Some(Sky::Surface(0)),
+            ..Coverage::default()
+        };
+        for (turn, extent) in [[61, 47], [16, 16], [33, 18]].into_iter().enumerate() {
+            let mut samples = planes(extent, &coverage, &mut rng);
+            for texel in &mut samples.depth {
+                if rng.u32(..12) == 0 {
+                    *texel = [f32::NAN, 0.0, -1.0, f32::INFINITY, 1e-30, 1.0][rng.usize(..6)];
+                }
+            }
+            let options = everything(BuildOptions {
+                tile: [[16, 16], [8, 8], [6, 10]][turn],
+                coverage,
+                linear_depth: Some(linear),
+                full_tiles: [FullTiles::Promote, FullTiles::Keep][turn % 2],
+                ..BuildOptions::default()
+            });
+            let pattern = Pattern::of_case(rng.u32(1..16), options.largest);
+            let sri = pattern.image(extent[0], extent[1], &mut rng);
+            let frame = Frame {
+                order: Order::Rotating(index as u32),
+                samples: Some(&samples),
+                ..Frame::default()
+            };
+            let twin = hold(&gpu, &sri, extent, options, &frame);
+            assert_partition(&twin);
+            for tile in 0..twin.layout.tile_count() {
+                let start = twin.layout.entries + tile * twin.layout.entries_per_tile;
+                let origin = twin.origin(tile);
+                let stored = twin.header(tile).stored() as usize;
+                for (word, entry) in twin.words[start as usize..]
+                    .iter()
+                    .zip(twin.entries(tile))
+                    .take(stored)
+                {
+                    let pixel = [origin[0] + entry.x(), origin[1] + entry.y()];
+                    let share = twin.linear_depth(pixel).expect("asked for");
+                    let (read, code) = Entry::read_deep(origin, *word);
+                    assert_eq!(
+                        (read, code),
+                        (entry, LinearDepth::code(share, LinearDepth::TILED))
+                    );
+                    let off = LinearDepth::decode(code, LinearDepth::TILED) - share;
+                    assert!(off.abs() <= 0.6 / LinearDepth::TILED as f32);
+                }
+            }
+        }
+    }
 }
 
 /// A view of half the size: the rates of half the resolution, and of every two by two pixels the surface and depth of the one
@@ -506,6 +609,17 @@ fn statistics_count_what_a_wave_does() {
         (statistics.waves_retired, statistics.identity_tiles),
         (0, 2)
     );
+    assert_eq!(statistics.class_shares(), [1.0, 0.0, 0.0, 0.0]);
+    // a tile of each class: full rate, one rate, mixed
+    let sri = Sri::from_fn(48, 16, |x, y| match x / 8 {
+        0 => 0,
+        1 => Rate::R2X2.code(),
+        _ => [0, Rate::R2X2.code()][(x + y) as usize % 2],
+    });
+    let statistics = cpu::build(&sri, [48, 16], &BuildOptions::default()).statistics();
+    let third = 1.0 / 3.0;
+    assert_eq!(statistics.class_shares(), [third, third, third, 0.0]);
+    assert_eq!(statistics.share_at(Rate::R2X2), 0.5);
 }
 
 /// The table of rotation: every coverage of a quad, and of the quads of a block, under every rate, in every phase, at an extent

@@ -63,7 +63,7 @@ fn classes_of(
     extent: [u32; 2],
 ) -> (Vec<usize>, Vec<u32>) {
     let mut encoder = gpu.encoder();
-    classifier.record(&mut encoder, lists);
+    classifier.record(&mut encoder, lists).expect("an extent");
     let read = gpu
         .submit_and_read(encoder, &[lists.buffer(), lists.arguments()])
         .unwrap_or_else(|e| panic!("{e}"));
@@ -253,7 +253,7 @@ fn classes_shade_every_pixel_once() {
                 immediate_size: 0,
             });
         let mut encoder = gpu.encoder();
-        classifier.record(&mut encoder, &lists);
+        classifier.record(&mut encoder, &lists).expect("an extent");
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         pass.set_bind_group(0, &own, &[]);
         for (index, class) in options.classes.iter().enumerate() {
@@ -288,7 +288,7 @@ fn classes_shade_every_pixel_once() {
                     cache: None,
                 });
             pass.set_pipeline(&pipeline);
-            lists.dispatch(&mut pass, index, 1);
+            lists.dispatch(&mut pass, index, 1).expect("a class");
         }
         drop(pass);
         let read = gpu

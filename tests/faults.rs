@@ -5,7 +5,11 @@
 mod common;
 
 use vrcs::check::{Job, Law, Route, Verdict, check_rewritten};
-use vrcs_passes::{Options, Rewritten, Source, emit, input, rewrite};
+use vrcs_passes::{
+    Options, Rewritten, Source, emit, input,
+    options::{Atomics, Mode, Policy},
+    rewrite,
+};
 
 /// Rewrites a shader, replaces `from` by `to` in the result, and checks that.
 fn caught(shader: &str, from: &str, to: &str) -> Law {
@@ -14,9 +18,23 @@ fn caught(shader: &str, from: &str, to: &str) -> Law {
 
 /// The same, with some inputs set.
 fn caught_with(shader: &str, from: &str, to: &str, set: &[(&str, f64)]) -> Law {
-    let source = common::shader(shader);
-    let (module, info) = common::parse(&source);
-    let rewritten = rewrite(&module, &info, "main", &Options::default()).expect("a rewrite");
+    caught_in(
+        &common::shader(shader),
+        &Options::default(),
+        (from, to),
+        set,
+    )
+}
+
+/// The same, of any shader with any options.
+fn caught_in(
+    source: &Source,
+    options: &Options,
+    (from, to): (&str, &str),
+    set: &[(&str, f64)],
+) -> Law {
+    let (module, info) = common::parse(source);
+    let rewritten = rewrite(&module, &info, "main", options).expect("a rewrite");
     let text = emit::wgsl(&rewritten.module, &rewritten.info).expect("text");
     assert!(
         text.contains(from),
@@ -31,6 +49,7 @@ fn caught_with(shader: &str, from: &str, to: &str, set: &[(&str, f64)]) -> Law {
         ..rewritten
     };
     let mut job = Job::new("main");
+    job.options = options.clone();
     job.route = Route::Module;
     job.seed = common::seed();
     for &(name, value) in set {
@@ -38,7 +57,7 @@ fn caught_with(shader: &str, from: &str, to: &str, set: &[(&str, f64)]) -> Law {
     }
     let report = check_rewritten(
         &common::gpu(),
-        &source,
+        source,
         &module,
         &info,
         &broken,
@@ -215,4 +234,203 @@ fn the_arithmetic_is_changed() {
         "= 1.0000001 * textureLoad(input",
     );
     assert_eq!(law, Law::Identity);
+}
+
+fn in_mode(mode: Mode, from: &str, to: &str) {
+    let options = Options {
+        mode,
+        ..Options::default()
+    };
+    caught_in(&common::shader("plain"), &options, (from, to), &[]);
+}
+
+#[test]
+fn a_list_is_one_entry_too_long() {
+    in_mode(Mode::List, "if (number_1 >= _e35)", "if (number_1 > _e35)");
+}
+
+#[test]
+fn a_lists_pixels_are_transposed() {
+    in_mode(
+        Mode::List,
+        "vec2<u32>((first_1 & 16383u), ((first_1 >> 14u) & 16383u))",
+        "vec2<u32>(((first_1 >> 14u) & 16383u), (first_1 & 16383u))",
+    );
+}
+
+#[test]
+fn a_lists_quads_are_taken_for_the_first_of_their_block() {
+    in_mode(
+        Mode::List,
+        "(quad << ((pixel_2.x & 2u) + ((pixel_2.y & 2u) * 4u)))",
+        "quad",
+    );
+}
+
+#[test]
+fn a_class_of_tiles_has_its_rates_transposed() {
+    in_mode(
+        Mode::Classified,
+        "let rate_2 = vec2<u32>((code >> 2u), (code & 3u));",
+        "let rate_2 = vec2<u32>((code & 3u), (code >> 2u));",
+    );
+}
+
+#[test]
+fn a_class_of_tiles_is_shaded_in_one_row() {
+    in_mode(
+        Mode::Classified,
+        "(number_1 / across)) << rate_2",
+        "0u) << rate_2",
+    );
+}
+
+/// Counts how many pixels fall into each of 16 bins.
+const HISTOGRAM: &str = "
+@group(0) @binding(0) var picture: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(1) var input: texture_2d<f32>;
+@group(0) @binding(2) var<storage, read_write> bins: array<atomic<u32>, 16>;
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    let color = textureLoad(input, id.xy, 0);
+    atomicAdd(&bins[u32(color.x * 15.0) & 15u], 3u);
+    textureStore(picture, id.xy, color + vec4(f32(id.x)));
+}";
+
+#[test]
+fn an_atomic_counts_primaries() {
+    let options = Options {
+        atomics: Atomics::Weight,
+        ..Options::default()
+    };
+    let source = Source::new("histogram.wgsl", HISTOGRAM);
+    let fault = ("(value * countOneBits(_e4))", "(0u * countOneBits(_e4))");
+    caught_in(&source, &options, fault, &[]);
+}
+
+/// Two targets, one of which every pixel writes for itself.
+const NORMALS: &str = "
+@group(0) @binding(0) var color: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(1) var normals: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(2) var input: texture_2d<f32>;
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    let texel = textureLoad(input, id.xy, 0);
+    textureStore(normals, id.xy, vec4(texel.xyz * 2.0 - 1.0, f32(id.y)));
+    textureStore(color, id.xy, texel + vec4(f32(id.x)));
+}";
+
+fn full(from: &str, to: &str) {
+    let mut options = Options::default();
+    options.targets.insert("normals".to_owned(), Policy::Full);
+    let source = Source::new("normals.wgsl", NORMALS);
+    caught_in(&source, &options, (from, to), &[]);
+}
+
+#[test]
+fn what_every_pixel_writes_is_left_out() {
+    full(
+        "fn main_full(id: vec3<u32>) {",
+        "fn main_full(id: vec3<u32>) {\n    if id.y % 2u == 1u { return; }",
+    );
+}
+
+#[test]
+fn what_every_pixel_writes_is_another_pixels() {
+    full(
+        "= textureLoad(input, id.xy, 0i);",
+        "= textureLoad(input, id.xy / 2u, 0i);",
+    );
+}
+
+/// A picture whose pixels are numbered row by row.
+const LINE: &str = "
+struct Frame { width: u32, height: u32 }
+@group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(1) var<storage, read_write> pixels: array<f32>;
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= frame.width * frame.height {
+        return;
+    }
+    pixels[id.x] = f32((id.x % frame.width) * 3u + id.x / frame.width);
+}";
+
+fn line(from: &str, to: &str) {
+    let options = Options {
+        linear: Some("frame.width".parse().expect("a width")),
+        ..Options::default()
+    };
+    let source = Source::new("line.wgsl", LINE);
+    caught_in(&source, &options, (from, to), &[]);
+}
+
+#[test]
+fn pixels_are_numbered_by_a_longer_row() {
+    line("(_e5.y * _e8)", "(_e5.y * (_e8 + 1u))");
+}
+
+#[test]
+fn copies_go_to_a_longer_row() {
+    line(
+        "let _e5 = i32(captured_a);",
+        "let _e5 = i32(captured_a) + 1;",
+    );
+}
+
+/// A sum over pairs of a tile, through workgroup memory.
+const PAIRS: &str = "
+@group(0) @binding(0) var input: texture_2d<f32>;
+@group(0) @binding(1) var output: texture_storage_2d<rgba32float, write>;
+var<workgroup> tile: array<vec4<f32>, 64>;
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocation_index) own: u32) {
+    tile[own] = textureLoad(input, id.xy, 0);
+    workgroupBarrier();
+    let sum = tile[own] + tile[63u - own];
+    textureStore(output, id.xy, sum + vec4(f32(id.x)));
+}";
+
+fn together(from: &str, to: &str) {
+    let source = Source::new("pairs.wgsl", PAIRS);
+    caught_in(&source, &Options::default(), (from, to), &[]);
+}
+
+#[test]
+fn what_a_group_does_together_is_done_for_the_pixels_that_are_shaded() {
+    together(
+        "main_inner(vrcs_id, vrcs_lane_index,",
+        "main_inner(_e8, vrcs_lane_index,",
+    );
+}
+
+#[test]
+fn the_place_of_the_shaded_pixel_in_its_group_is_the_lanes() {
+    together(
+        "(_e8.y % 8u)) * 8u) + (_e8.x % 8u))",
+        "(vrcs_local.y % 8u)) * 8u) + (vrcs_local.x % 8u))",
+    );
+}
+
+#[test]
+fn lanes_without_a_pixel_shade_one() {
+    together("    if _e26 {", "    if true || _e26 {");
+}
+
+#[test]
+fn the_other_colour_of_a_checkerboard_is_stored_too() {
+    caught(
+        "checkerboard",
+        "fn vrcs_in_domain(pixel: vec3<u32>) -> bool {",
+        "fn vrcs_in_domain(pixel: vec3<u32>) -> bool {\n    if true { return true; }",
+    );
+}
+
+#[test]
+fn the_rows_of_a_plane_are_forgotten() {
+    caught("planes", "vrcs_copy_planes(_e", "vrcs_copy_planes(0u * _e");
 }

@@ -42,6 +42,7 @@ laws! {
     branches
     buffer
     buffer_parts
+    checkerboard
     clamped
     early_returns
     flipped
@@ -54,15 +55,18 @@ laws! {
     odd_groups
     overrides
     plain
+    planes
     private_place
     rows_by_data
     sliced_loop
     split_screen
     strided
     targets
+    tile_bits
     tile_order
     transposed
     uniform_or_edge
+    wide_blocks
 }
 
 /// The laws for rates that are 4 wide or 4 high, where the copies are a loop. Offsets, strides, recomputed addresses,

@@ -238,6 +238,39 @@ fn binary_files_are_no_shaders() {
 }
 
 #[test]
+fn a_slip_of_a_finger_gets_a_suggestion() {
+    let folder = folder();
+    for (arguments, wanted) in [
+        (
+            &["rewrite", "godo.wgsl"][..],
+            "godo.wgsl: there is no such file; did you mean good.wgsl?",
+        ),
+        (
+            &["rewrite", "something_else.wgsl"],
+            "something_else.wgsl: there is no such file\n",
+        ),
+        (
+            &["check", "good.wgsl", "--set", "pictrue=1", "--cases", "1"],
+            "nothing called `pictrue`; did you mean `picture`?",
+        ),
+        (
+            &[
+                "check",
+                "good.wgsl",
+                "--input",
+                "picture=no.png",
+                "--cases",
+                "1",
+            ],
+            "no.png: there is no such file",
+        ),
+    ] {
+        let output = vrcs(arguments, folder.path());
+        assert!(stderr(&output).contains(wanted), "{}", stderr(&output));
+    }
+}
+
+#[test]
 fn misuse_is_told_apart() {
     let folder = folder();
     for arguments in [
@@ -255,6 +288,56 @@ fn misuse_is_told_apart() {
     }
     assert_eq!(status(&vrcs(&["--help"], folder.path())), 0);
     assert_eq!(status(&vrcs(&["--version"], folder.path())), 0);
+}
+
+/// Every command, by what `vrcs --help` lists.
+fn commands(folder: &Path) -> Vec<String> {
+    let listed = stdout(&vrcs(&["--help"], folder));
+    let listed = listed.lines().skip_while(|line| *line != "Commands:");
+    let listed = listed.skip(1).take_while(|line| !line.is_empty());
+    listed
+        .filter(|line| line.starts_with("  ") && !line.starts_with("   "))
+        .filter_map(|line| line.split_whitespace().next())
+        .filter(|name| *name != "help")
+        .map(str::to_owned)
+        .collect()
+}
+
+#[test]
+fn a_commands_help_fits_a_screen_has_examples_and_hides_nothing_from_the_long_one() {
+    let folder = folder();
+    let commands = commands(folder.path());
+    assert!(commands.len() >= 12, "{commands:?}");
+    for command in std::iter::once("").chain(commands.iter().map(String::as_str)) {
+        let asked = |help| {
+            let arguments: Vec<&str> = [command, help]
+                .into_iter()
+                .filter(|argument| !argument.is_empty())
+                .collect();
+            stdout(&vrcs(&arguments, folder.path()))
+        };
+        let (short, long) = (asked("-h"), asked("--help"));
+        let lines = short.lines().count();
+        assert!(lines <= 40, "vrcs {command} -h has {lines} lines:\n{short}");
+        let widest = short.lines().map(|line| line.chars().count()).max();
+        assert!(widest <= Some(100), "vrcs {command} -h: {widest:?} columns");
+        let takes_nothing = ["codes", "adapters"].contains(&command);
+        assert!(
+            takes_nothing || short.contains("Examples:\n  vrcs "),
+            "vrcs {command} -h has no examples:\n{short}"
+        );
+        for option in short
+            .split_whitespace()
+            .filter(|word| word.starts_with("--"))
+        {
+            let name = option.trim_matches(|c: char| !c.is_alphanumeric() && c != '-');
+            assert!(long.contains(name), "vrcs {command} --help lacks {name}");
+        }
+    }
+    // what is seldom wanted is in the long help alone
+    let long = stdout(&vrcs(&["rewrite", "--help"], folder.path()));
+    let short = stdout(&vrcs(&["rewrite", "-h"], folder.path()));
+    assert!(long.contains("--max-storage-buffers") && !short.contains("--max-storage-buffers"));
 }
 
 #[test]

@@ -119,8 +119,14 @@ fn what_a_scene_does_not_declare_has_no_texture() {
             ("materials", declared.materials),
             ("motion", declared.motion_vectors || declared.camera_motion),
             ("noise", declared.grain),
+            ("shown", declared.transparents),
             ("surfaces", declared.surface_ids),
-            ("traced", scene.passes().contains(&PassName::Rays)),
+            (
+                "traced",
+                [PassName::Rays, PassName::Atmosphere]
+                    .iter()
+                    .any(|pass| scene.passes().contains(pass)),
+            ),
         ];
         let own = own.iter().filter(|(_, is_there)| *is_there);
         let mut wanted: Vec<&str> = always

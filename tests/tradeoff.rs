@@ -152,10 +152,10 @@ fn a_quick_study_is_whole_and_goes_on_where_it_was_interrupted() {
     let fast = preset(scene, "Fast");
     assert_eq!(fast["identical"], false, "Fast gives up something");
     assert!(number(&fast["primary_share"]) < number(&preset(scene, "Balanced")["primary_share"]));
-    let front = &scene["fronts"]["time flip_mean"];
-    let front = front.as_array().expect("a front").iter();
-    let on_front = front.map(|index| &points(scene)[number(index) as usize]);
-    for point in on_front.chain([fast]) {
+    check_chosen(scene);
+    let with_pictures = points(scene).iter().filter(|p| p["pictures"].is_object());
+    assert!(with_pictures.clone().count() >= 6, "presets and more");
+    for point in with_pictures.chain([fast]) {
         let kinds: &[&str] = match point["identical"] == true {
             true => &["rates"],
             false => &["variable", "flip", "rates", "reasons"],
@@ -166,6 +166,7 @@ fn a_quick_study_is_whole_and_goes_on_where_it_was_interrupted() {
         }
     }
     assert!(exact["pictures"]["skipped"].is_string(), "the sky");
+    assert!(page.len() < 1 << 20, "{} bytes", page.len());
     assert!(points(scene).iter().any(|point| point["peer"] == true));
     let effects: Vec<&str> = scene["effects"]
         .as_array()
@@ -206,6 +207,15 @@ fn a_quick_study_is_whole_and_goes_on_where_it_was_interrupted() {
     let json: Value = serde_json::from_str(&read(&tiny.out(), "study.json")).expect("JSON");
     assert_eq!(points(&json["scenes"][0]).len(), points(scene).len());
 
+    let chosen = read(&tiny.out(), "presets.toml");
+    for preset in ["Exact", "Balanced", "Fast"] {
+        assert!(
+            chosen.contains(&format!("[landscape.{preset}]")),
+            "{chosen}"
+        );
+    }
+    shown_by_plan_and_demo(&tiny.out().join("presets.toml"), scene);
+
     // an interruption in the middle of the last times
     let journal = read(&tiny.out(), "points.jsonl");
     let kept = journal.rfind("\"found\":{\"times\"").expect("times") + 60;
@@ -218,7 +228,7 @@ fn a_quick_study_is_whole_and_goes_on_where_it_was_interrupted() {
         .iter()
         .zip(after)
         .filter(|(a, b)| a["time"] == b["time"]);
-    assert_eq!(same.count(), 16, "all but the cut batch are taken up");
+    assert!(same.count() >= 16, "all but the cut batch are taken up");
     let seen = |of: &Value| of["error"].clone();
     assert!(before.iter().zip(after).all(|(a, b)| seen(a) == seen(b)));
     let lines = read(&tiny.out(), "points.jsonl");
@@ -226,6 +236,69 @@ fn a_quick_study_is_whole_and_goes_on_where_it_was_interrupted() {
         lines.lines().count(),
         journal.lines().count() + 1,
         "the cut line stays, and what followed it is whole"
+    );
+}
+
+/// A scene's own presets give up no more than the general ones, and lose no time.
+fn check_chosen(scene: &Value) {
+    let chosen = scene["chosen"].as_array().expect("presets");
+    assert_eq!(chosen.len(), 3, "{chosen:?}");
+    for chosen in chosen {
+        let name = chosen["preset"].as_str().expect("a name");
+        let own = &points(scene)[number(&chosen["point"]) as usize];
+        let general = preset(scene, name);
+        let flip = |point: &Value| number(&point["error"]["flip_mean"]);
+        assert!(flip(own) <= flip(general), "{name}");
+        let high = number(&own["time"]["share"]["high"]);
+        assert!(high < 1.0 || own["name"] == "full rate", "{name}: {high}");
+        assert!(
+            !chosen["because"].as_array().expect("reasons").is_empty(),
+            "{name}"
+        );
+    }
+}
+
+/// What was chosen can be looked at without being measured again.
+fn shown_by_plan_and_demo(file: &Path, scene: &Value) {
+    let file = file.display().to_string();
+    for chosen in scene["chosen"].as_array().expect("presets") {
+        let name = chosen["preset"].as_str().expect("a name");
+        let shown = vrcs(&["plan", "landscape", "--preset", name, "--presets", &file]);
+        assert!(shown.status.success(), "{}", text(&shown.stderr));
+        let shown = text(&shown.stdout);
+        for line in chosen["plan"].as_array().expect("a plan") {
+            let line = line.as_str().expect("a line");
+            assert!(shown.lines().any(|s| s == line), "{line}: {shown}");
+        }
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().display().to_string();
+    let demo = [
+        "demo",
+        "landscape",
+        "--presets",
+        &file,
+        "--size",
+        "66x38",
+        "--out",
+        &out,
+    ];
+    let output = vrcs(&demo);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let shown = data_of(&read(folder.path(), "report.html"));
+    let chosen = scene["chosen"].as_array().expect("presets");
+    let balanced = chosen.iter().find(|c| c["preset"] == "Balanced");
+    let at = number(&balanced.expect("a preset")["point"]) as usize;
+    assert_eq!(
+        points(&shown["scenes"][0])[0]["setting"],
+        points(scene)[at]["setting"]
+    );
+    let elsewhere = vrcs(&["plan", "text", "--presets", &file]);
+    assert_eq!(elsewhere.status.code(), Some(2));
+    let error = text(&elsewhere.stderr);
+    assert!(
+        error.contains("[text.Balanced]") && error.lines().count() == 1,
+        "{error}"
     );
 }
 
@@ -305,6 +378,7 @@ fn bad_input_gets_one_clear_line() {
     let nothing = write("nothing.toml", "[base]\nthreshold = 0.1\n");
     let unknown = write("unknown.toml", "[vary]\nthreshhold = [0.1]\n");
     let broken = write("broken.toml", "[vary]\nthreshold = [0.1\n");
+    let pass = write("pass.toml", "[vary]\nfull_rate = [[\"shadow\"]]\n");
     let base = write(
         "base.toml",
         "[base]\nnorm = \"l9\"\n[vary]\nthreshold = [0.1]\n",
@@ -320,6 +394,7 @@ fn bad_input_gets_one_clear_line() {
         (vec!["--sweep", &broken], 2, "line "),
         (vec!["--sweep", &missing], 3, "no such file"),
         (vec!["--sweep", &base], 2, "`norm`"),
+        (vec!["--sweep", &pass], 2, "`full_rate`"),
         (
             vec!["text", "--sweep", &unsuited],
             2,
@@ -341,4 +416,13 @@ fn bad_input_gets_one_clear_line() {
         assert!(output.stdout.is_empty());
     }
     assert!(!Path::new(&out).exists(), "nothing is left behind");
+    // a file stands where the folder would be: said at once, not after minutes of work
+    let inside = format!("{missing}/out").replace("missing", "nothing");
+    let output = vrcs(&["tradeoff", "text", "--quick", "--out", &inside]);
+    let error = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(3), "{error}");
+    assert!(
+        error.contains("nothing.toml/out") && error.lines().count() == 1,
+        "{error}"
+    );
 }

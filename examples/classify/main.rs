@@ -55,11 +55,11 @@ fn main() -> Outcome {
 
     let mut encoder = gpu.encoder();
     let mut pass = encoder.begin_compute_pass(&Default::default());
-    classifier.record_in(&mut pass, &lists);
+    classifier.record_in(&mut pass, &lists)?;
     for (class, pipeline) in &pipelines {
         pass.set_pipeline(pipeline);
         pass.set_bind_group(0, &group, &[]);
-        lists.dispatch(&mut pass, *class, 1);
+        lists.dispatch(&mut pass, *class, 1)?;
     }
     drop(pass);
     gpu.submit(encoder);

@@ -167,17 +167,12 @@ impl Renderer {
             ..deblock::Options::new(Picture::Texture(picture.format()))
         };
         let deblocker = Deblocker::new(device, None, options)?;
-        let mut deblocked = deblocker.bind(
-            device,
-            &deblock::Inputs {
-                picture: PictureInput::Texture(&whole(&picture)),
-                rates: outer.effective().ok_or("effective rates are asked for")?,
-                depth: None,
-                surfaces: Some(&numbers),
-                luma: None,
-            },
-        )?;
-        deblocker.set_frame(&gpu.queue, &mut deblocked, SIZE, 0)?;
+        let shown = whole(&picture);
+        let inputs = deblock::Inputs {
+            surfaces: Some(&numbers),
+            ..deblock::Inputs::of_view(&outer, PictureInput::Texture(&shown))?
+        };
+        let deblocked = deblocker.bind(device, &inputs)?;
         Ok(Renderer {
             frame,
             gbuffer,
@@ -222,9 +217,8 @@ impl Renderer {
                 pass.set_bind_group(0, &shaded.group, &[]);
                 shaded.pass.dispatch(&mut pass, view)?;
             }
-            if is_variable {
-                self.deblocker.record_in(&mut pass, &self.deblocked);
-            }
+            self.deblocker
+                .record_view(&gpu.queue, &mut pass, &self.deblocked, &self.outer)?;
             drop(pass);
             gpu.submit(encoder);
         }

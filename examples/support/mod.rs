@@ -18,7 +18,13 @@ impl Gpu {
     /// Opens the first adapter.
     pub fn open() -> Outcome<Gpu> {
         let instance = wgpu::Instance::default();
-        let adapter = pollster::block_on(instance.request_adapter(&Default::default()))?;
+        let adapter = pollster::block_on(instance.request_adapter(&Default::default()));
+        let adapter = adapter.map_err(|error| {
+            format!(
+                "there is no driver that wgpu can use: on Debian and Ubuntu, `apt-get install mesa-vulkan-drivers` brings one for the CPU; \
+                 elsewhere install Mesa's lavapipe or your GPU's Vulkan driver ({error})"
+            )
+        })?;
         let (device, queue) = pollster::block_on(adapter.request_device(&Default::default()))?;
         println!("adapter    {}", adapter.get_info().name);
         Ok(Gpu {

@@ -77,8 +77,9 @@ codes! {
     /// An atomic counts invocations, or hands something on from one to the next. Duplicates do not run, so the count would change.
     /// An exchange at the invocation's own place alone is no such thing.
     Atomic = 14, Refusal;
-    /// The shader's invocations work together, through workgroup memory or barriers, in a way that does not fall into a part
-    /// for the whole workgroup and a part for each pixel.
+    /// The invocations of a workgroup work together, through workgroup memory or barriers, in a way that cannot be taken apart. All of
+    /// them have to reach each barrier, and what they share must not hang on which of them are duplicates: between two barriers,
+    /// either the whole workgroup does something, or each pixel does something for itself.
     WorkgroupMemory = 15, Refusal;
     /// A subgroup operation's result depends on which invocations share a subgroup, and that changes.
     SubgroupOperation = 16, Refusal;
@@ -119,6 +120,9 @@ codes! {
     /// A region between two barriers works for the whole workgroup and stores to a target with what it finds out. Every
     /// invocation runs it; those whose pixel is a duplicate only keep from storing, so no wave retires there.
     MaskedRegion = 103, Warning;
+    /// The entry point on its own uses more uniform or storage buffers than WebGPU's default limit, so the device is one that gives
+    /// more; it has to give one more of each.
+    BeyondUsualLimit = 104, Warning;
 }
 
 impl fmt::Display for Code {

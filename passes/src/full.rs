@@ -112,7 +112,9 @@ pub fn split(
                 module,
                 &targets,
                 "the invocations of a workgroup work together".to_owned(),
-                Span::UNDEFINED,
+                stores(module, entry, &targets)
+                    .first()
+                    .map_or(Span::UNDEFINED, |store| store.1),
             )
             .into());
         }
@@ -207,7 +209,7 @@ fn inseparable(
         ),
     )
     .at(span, "here")
-    .help("let these targets be copied, or store to them in an entry point of their own")
+    .help("let these targets be copied, or store to them in an entry point of their own, in a dispatch before or behind this one")
 }
 
 /// Leaves the entry point of `whole` with its other stores, and makes a function of those to `targets`.

@@ -5,12 +5,28 @@
 //! ```wgsl
 //! fn vrcs_copies() -> u32 { return 0u; }
 //! fn vrcs_rate() -> vec2<u32> { return vec2<u32>(1u); }
+//! fn vrcs_user() -> u32 { return 0u; }
 //! ```
 //!
-//! | mode | `vrcs_copies()` | `vrcs_rate()` |
-//! |---|---|---|
-//! | tiled, list, classified | 0: a primary does the work of its whole group | the block that it stands for |
-//! | graded | how many other pixels share this one's work | the block that they fill |
+//! | mode | `vrcs_copies()` | `vrcs_rate()` | `vrcs_user()` |
+//! |---|---|---|---|
+//! | tiled, list, classified | 0: a primary does the work of its whole group | the block that it stands for | the four bits of its tile |
+//! | graded | how many other pixels share this one's work | the block that they fill | the four bits of its tile |
+//!
+//! A tile's bits are the renderer's own, such as that fog covers it (the slides' tile flags). A group lies in one tile, so `if
+//! (vrcs_user() & FOG) != 0u { return; }` decides for a primary and its duplicates alike, and for whole waves where the tile is the workgroup.
+//! With variable-rate shading off nothing is built that could tell: they are 0, as the stub says.
+//! In a shader with barriers a whole workgroup may leave by them, too; drivers take that, but a browser's uniformity analysis does not see that
+//! all of a workgroup are told the same, and rejects it before a barrier.
+//!
+//! A fourth, `fn vrcs_depth() -> f32 { return -1.0; }`, is told the linear depth of the pixel at hand, 0 at the near plane and 1 at the far one,
+//! where the view's entries [carry it](crate::options::Options::linear_depth) and one was loaded: not in tiles of one rate throughout, not for a
+//! group that was re-homed, not in graded mode, not with shading rates off. Below 0 the shader looks itself:
+//!
+//! ```wgsl
+//! var depth = vrcs_depth();
+//! if depth < 0.0 { depth = linear(textureLoad(depths, id.xy, 0)); }
+//! ```
 //!
 //! So `n / (1 + vrcs_copies())` rays (slides, "Non-binary use of VRCS!") are all n at a primary whose result is copied, and a
 //! share of them where every pixel fires its own. Whole numbers would lose rays, and one ray among four pixels would be none:
@@ -18,8 +34,8 @@
 //! is the same on the CPU.
 //!
 //! *Does* (graded mode): nothing is remapped, confined or copied; the entry point finds its pixel's byte first, and the stubs
-//! give what it says. *Guarantees*: the workgroup, every id and store are the author's. *Refuses*: a shader that calls neither,
-//! and one with barriers or workgroup memory.
+//! give what it says. *Guarantees*: the workgroup, every id and store are the author's. *Refuses*: a shader that calls neither of the
+//! first two, and one with barriers or workgroup memory.
 
 use naga::{
     Binding, BuiltIn, Expression, Function, FunctionArgument, Handle, Module, Range, Scalar, Span,
@@ -85,6 +101,8 @@ pub struct Given {
     pub copies: u32,
     /// The block that they fill.
     pub rate: [u32; 2],
+    /// The user's own bits of its tile.
+    pub user: u32,
 }
 
 impl Given {
@@ -92,17 +110,44 @@ impl Given {
     pub const NOTHING: Given = Given {
         copies: 0,
         rate: [1, 1],
+        user: 0,
     };
+
+    /// Nothing is shared, in a tile with these bits.
+    pub const fn of_user(user: u32) -> Given {
+        Given {
+            user,
+            ..Given::NOTHING
+        }
+    }
 }
 
-/// Whether an entry point asks for what its pixel shares.
+/// Whether an entry point asks for what its pixel shares, or for its tile's bits.
 pub fn asks(module: &Module, entry: usize) -> bool {
     let stubs = [
-        find(module, "vrcs_copies", false),
-        find(module, "vrcs_rate", true),
+        find(module, "vrcs_copies", Kind::Word),
+        find(module, "vrcs_rate", Kind::Pair),
+        find(module, "vrcs_user", Kind::Word),
     ];
     let stubs: Vec<_> = stubs.into_iter().flatten().collect();
     calls(module, &module.entry_points[entry].function, &stubs)
+}
+
+/// Whether an entry point asks for its primary's linear depth, so that the view's entries have to carry it.
+pub fn asks_depth(module: &Module, entry: usize) -> bool {
+    let stub = find(module, "vrcs_depth", Kind::Float);
+    stub.is_some_and(|stub| calls(module, &module.entry_points[entry].function, &[stub]))
+}
+
+/// Whether a module declares `vrcs_user()`.
+pub(crate) fn has_user(module: &Module) -> bool {
+    find(module, "vrcs_user", Kind::Word).is_some()
+}
+
+/// Whether an entry point asks for its tile's bits, so that the build has to have them.
+pub fn asks_user(module: &Module, entry: usize) -> bool {
+    let stub = find(module, "vrcs_user", Kind::Word);
+    stub.is_some_and(|stub| calls(module, &module.entry_points[entry].function, &[stub]))
 }
 
 /// The original as it would be if every pixel shared this: its stubs give these numbers. Nothing else is changed, so it is what
@@ -110,8 +155,12 @@ pub fn asks(module: &Module, entry: usize) -> bool {
 pub fn with_given(original: &Module, given: Given) -> Module {
     let mut module = original.clone();
     let stubs = [
-        (find(original, "vrcs_copies", false), vec![given.copies]),
-        (find(original, "vrcs_rate", true), given.rate.to_vec()),
+        (
+            find(original, "vrcs_copies", Kind::Word),
+            vec![given.copies],
+        ),
+        (find(original, "vrcs_rate", Kind::Pair), given.rate.to_vec()),
+        (find(original, "vrcs_user", Kind::Word), vec![given.user]),
     ];
     for (stub, values) in stubs {
         if let Some(stub) = stub {
@@ -155,15 +204,21 @@ fn give(stub: &mut Function, values: &[u32]) {
     };
 }
 
-/// Whether a function is the stub of `vrcs_rate()`.
-pub fn is_rate(module: &Module, function: Handle<Function>) -> bool {
+/// Whether a function is a stub whose answer is all of its group's, and no number of the author's: `vrcs_rate()`, `vrcs_user()` or
+/// `vrcs_depth()`.
+pub fn is_of_group(module: &Module, function: Handle<Function>) -> bool {
     let function = &module.functions[function];
-    function.name.as_deref() == Some("vrcs_rate") && is_stub(module, function, true)
+    match function.name.as_deref() {
+        Some("vrcs_rate") => is_stub(module, function, Kind::Pair),
+        Some("vrcs_user") => is_stub(module, function, Kind::Word),
+        Some("vrcs_depth") => is_stub(module, function, Kind::Float),
+        _ => false,
+    }
 }
 
 /// The stub of `vrcs_rate()`, if the module has one.
 pub(crate) fn rate_stub(module: &Module) -> Option<Handle<Function>> {
-    find(module, "vrcs_rate", true)
+    find(module, "vrcs_rate", Kind::Pair)
 }
 
 /// The stub of `vrcs_rate()`, for a module that has none.
@@ -174,30 +229,51 @@ pub(crate) fn new_rate_stub(types: &mut naga::UniqueArena<naga::Type>) -> Functi
     stub
 }
 
-/// Whether a function calls the stub of `vrcs_rate()`, itself or through others.
-pub(crate) fn calls_rate(module: &Module, function: Handle<Function>) -> bool {
-    rate_stub(module).is_some_and(|stub| calls(module, &module.functions[function], &[stub]))
+/// Whether a function calls a stub whose answer is its [group's](is_of_group), itself or through others.
+pub(crate) fn calls_of_group(module: &Module, function: Handle<Function>) -> bool {
+    let stubs = [
+        rate_stub(module),
+        find(module, "vrcs_user", Kind::Word),
+        find(module, "vrcs_depth", Kind::Float),
+    ];
+    let stubs: Vec<_> = stubs.into_iter().flatten().collect();
+    !stubs.is_empty() && calls(module, &module.functions[function], &stubs)
 }
 
-fn is_stub(module: &Module, function: &Function, is_pair: bool) -> bool {
+/// What a stub gives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    /// `u32`.
+    Word,
+    /// `vec2<u32>`.
+    Pair,
+    /// `f32`.
+    Float,
+}
+
+fn is_stub(module: &Module, function: &Function, kind: Kind) -> bool {
     let result = function
         .result
         .as_ref()
         .map(|result| &module.types[result.ty].inner);
     function.arguments.is_empty()
         && match result {
-            Some(TypeInner::Scalar(scalar)) => !is_pair && *scalar == Scalar::U32,
+            Some(TypeInner::Scalar(scalar)) => match kind {
+                Kind::Word => *scalar == Scalar::U32,
+                Kind::Float => *scalar == Scalar::F32,
+                Kind::Pair => false,
+            },
             Some(TypeInner::Vector { size, scalar }) => {
-                is_pair && *size == naga::VectorSize::Bi && *scalar == Scalar::U32
+                kind == Kind::Pair && *size == naga::VectorSize::Bi && *scalar == Scalar::U32
             }
             _ => false,
         }
 }
 
-fn find(module: &Module, name: &str, is_pair: bool) -> Option<Handle<Function>> {
+fn find(module: &Module, name: &str, kind: Kind) -> Option<Handle<Function>> {
     let mut functions = module.functions.iter();
     let found = functions.find(|(_, function)| {
-        function.name.as_deref() == Some(name) && is_stub(module, function, is_pair)
+        function.name.as_deref() == Some(name) && is_stub(module, function, kind)
     });
     found.map(|(handle, _)| handle)
 }
@@ -209,11 +285,21 @@ fn replace(module: &mut Module, stub: Handle<Function>, by: Handle<Function>) {
     module.functions[stub] = function;
 }
 
-/// Lets `vrcs_rate()` give the block of the group at hand, in the modes that copy.
-pub(crate) fn give_rate_its_meaning(module: &mut Module, imports: &mut Imports, options: &Options) {
-    if let Some(stub) = find(module, "vrcs_rate", true) {
-        let own = imports.function(&prelude(options), module, "vrcs_group_rate");
-        replace(module, stub, own);
+/// Lets `vrcs_rate()` give the block of the group at hand, and `vrcs_user()` the bits of its tile, in the modes that copy.
+pub(crate) fn give_their_meaning(module: &mut Module, imports: &mut Imports, options: &Options) {
+    let meanings = [
+        (find(module, "vrcs_rate", Kind::Pair), "vrcs_group_rate"),
+        (find(module, "vrcs_user", Kind::Word), "vrcs_user_bits"),
+        (
+            find(module, "vrcs_depth", Kind::Float).filter(|_| options.linear_depth),
+            "vrcs_linear_depth",
+        ),
+    ];
+    for (stub, name) in meanings {
+        if let Some(stub) = stub {
+            let own = imports.function(&prelude(options), module, name);
+            replace(module, stub, own);
+        }
     }
 }
 
@@ -231,17 +317,26 @@ pub(crate) fn rewrite(
     let placement = bindings::place(original, info, entries, options)?;
     let mut imports = prologue::imports(placement);
     let prelude = prelude(options);
-    let copies = find(original, "vrcs_copies", false);
-    let rate = find(original, "vrcs_rate", true);
-    let grade = imports.function(&prelude, &mut module, "vrcs_grade");
-    for (stub, name) in [(copies, "vrcs_graded_copies"), (rate, "vrcs_graded_rate")] {
+    let copies = find(original, "vrcs_copies", Kind::Word);
+    let rate = find(original, "vrcs_rate", Kind::Pair);
+    let user = find(original, "vrcs_user", Kind::Word);
+    let begins = match user {
+        Some(_) => "vrcs_grade_in_tile",
+        None => "vrcs_grade",
+    };
+    let grade = imports.function(&prelude, &mut module, begins);
+    for (stub, name) in [
+        (copies, "vrcs_graded_copies"),
+        (rate, "vrcs_graded_rate"),
+        (user, "vrcs_user_bits"),
+    ] {
         if let Some(stub) = stub {
             let own = imports.function(&prelude, &mut module, name);
             replace(&mut module, stub, own);
         }
     }
     let mut manifest = Manifest::new();
-    let mut left_alone = Vec::new();
+    let (mut left_alone, mut warnings) = (Vec::new(), Vec::new());
     for &index in entries {
         let name = original.entry_points[index].name.clone();
         let stubs: Vec<_> = copies.into_iter().chain(rate).collect();
@@ -270,7 +365,8 @@ pub(crate) fn rewrite(
             .help("dispatch it in two dimensions, or choose mode `tiled`")
             .into());
         }
-        bindings::check_limits(original, info, index, options)?;
+        let beyond = bindings::check_limits(original, info, index, options)?;
+        warnings.extend(beyond.into_iter().map(|finding| (name.clone(), finding)));
         begin(&mut module, index, grade);
         let targets = Vec::new();
         let mut entry = manifest::entry(original, info, index, options, placement, &targets);
@@ -297,7 +393,7 @@ pub(crate) fn rewrite(
         module,
         info,
         manifest,
-        warnings: Vec::new(),
+        warnings,
         left_alone,
     })
 }

@@ -83,7 +83,7 @@ pub use finding::{Code, Color, Finding, Refusal, Severity};
 use ir::{import::Imports, verify};
 use manifest::Manifest;
 pub use options::Options;
-use options::{Mode, Policy};
+use options::{MaxRate, Mode, Policy};
 pub use source::Source;
 use transform::bindings::Placement;
 
@@ -198,6 +198,17 @@ fn rewrite_here(
         };
         return rewrite_here(&module, &info, entries, &options, look);
     }
+    if options.mode != Mode::Graded {
+        let asks_depth = |&index: &usize| graded::asks_depth(module, index);
+        if !options.linear_depth && chosen.iter().any(asks_depth) {
+            let options = Options {
+                linear_depth: true,
+                ..options.clone()
+            };
+            return rewrite_here(module, info, entries, &options, look);
+        }
+        check_linear_depth(module, info, &chosen, options)?;
+    }
     if options.mode == Mode::Graded {
         return graded::rewrite(module, info, &chosen, options);
     }
@@ -229,6 +240,41 @@ fn rewrite_here(
         return Err(Refusal { findings: refusals });
     }
     rewriter.finish(left_alone)
+}
+
+/// Whether there is room for linear depth in the entries, and it is the pixel's at hand wherever it is asked for.
+fn check_linear_depth(
+    module: &Module,
+    info: &ModuleInfo,
+    entries: &[usize],
+    options: &Options,
+) -> Result<(), Refusal> {
+    if !options.linear_depth {
+        return Ok(());
+    }
+    if options.max_rate != MaxRate::R2x2 || options.tile.iter().any(|&side| side > 16) {
+        return Err(Finding::new(
+            Code::UnfitOption,
+            "entries have bits to spare for linear depth only where no group is larger than 2x2 and no side of a tile longer than 16",
+        )
+        .help("choose --max-rate 2x2 and a tile of 16x16, or do without `vrcs_depth()` and --linear-depth")
+        .into());
+    }
+    let together = |&&index: &&usize| {
+        graded::asks_depth(module, index) && auto::works_together(module, info, index)
+    };
+    match entries.iter().find(together) {
+        None => Ok(()),
+        Some(&index) => Err(Finding::new(
+            Code::UnfitOption,
+            format!(
+                "`{}` asks `vrcs_depth()`, and its invocations work together: some do it for a primary, some for themselves",
+                module.entry_points[index].name
+            ),
+        )
+        .help("load the depth in the shader, or do what needs it in an entry point without barriers and workgroup memory")
+        .into()),
+    }
 }
 
 /// Every resource that the options name is in the module.
@@ -384,8 +430,10 @@ impl<'r> Rewriter<'r> {
             },
         )?;
         look(self.original, &plan);
-        transform::bindings::check_limits(self.author.0, self.author.1, index, self.options)
-            .map_err(|finding| vec![finding])?;
+        let beyond =
+            transform::bindings::check_limits(self.author.0, self.author.1, index, self.options)
+                .map_err(|finding| vec![finding])?;
+        plan.warnings.extend(beyond);
         plan.full = full.map(|full| full.function);
         let applied = transform::apply(
             &mut self.module,
@@ -459,7 +507,7 @@ impl<'r> Rewriter<'r> {
         };
         let words = self.options.distinct.iter().map(word);
         self.manifest.preconditions.extend(words);
-        graded::give_rate_its_meaning(&mut self.module, &mut self.imports, self.options);
+        graded::give_their_meaning(&mut self.module, &mut self.imports, self.options);
         let info = Validator::new(ValidationFlags::all(), Capabilities::all())
             .validate(&self.module)
             .map_err(|error| defect(format!("{:?}", error.into_inner())))?;

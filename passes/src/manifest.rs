@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     finding::Finding,
+    graded,
     options::{Atomics, FullTiles, Linear, MaxRate, Mode, Options, Policy, Sky},
     plan::{TargetPlan, regions::report::Group},
     source::Source,
@@ -153,6 +154,12 @@ pub struct Entry {
     /// What it needs of a device, the added buffers included.
     #[serde(default)]
     pub needs: Needs,
+    /// Whether it asks `vrcs_user()`: what its view builds has to have the user's own bits of each tile.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub user: bool,
+    /// Whether it reads entries that carry linear depth: what its view builds has to carry it.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub linear_depth: bool,
     /// The resources that it stores to.
     pub targets: Vec<Target>,
     /// For a shader whose invocations work together: how it was taken apart. Then the tile is the workgroup, its overrides
@@ -409,6 +416,8 @@ pub fn entry(
         bindings: added(placement),
         shares_group: bindings::is_shared(module, info, index, placement),
         needs: Needs::new(module, info, index, placement),
+        user: graded::asks_user(module, index),
+        linear_depth: options.linear_depth && options.mode != Mode::Graded,
         targets: targets
             .iter()
             .filter_map(|target| {

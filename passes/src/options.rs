@@ -226,6 +226,10 @@ pub struct Options {
     /// For which textures is the level of `textureSampleLevel` [biased](crate::detail) by log2 of the rate?
     #[serde(default)]
     pub bias_level: BTreeSet<String>,
+    /// Do the entries of the view carry the linear depth of their primaries in their spare bits? A shader that declares
+    /// [`vrcs_depth()`](crate::graded) is told it. No group may be larger than 2×2, and no side of a tile longer than 16.
+    #[serde(default)]
+    pub linear_depth: bool,
     /// Which pairs of writable bindings are, by the author's word, never the same memory?
     #[serde(default)]
     pub distinct: Vec<[String; 2]>,
@@ -275,6 +279,7 @@ impl Default for Options {
             linear: None,
             scale_gradients: false,
             bias_level: BTreeSet::new(),
+            linear_depth: false,
             distinct: Vec::new(),
         }
     }

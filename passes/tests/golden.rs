@@ -9,12 +9,13 @@ use std::path::{Path, PathBuf};
 use vrcs_passes::{Color, Entries, Options, Source, emit, input, rewrite};
 
 /// Functions, types and variables of the prelude.
-const PRELUDE: [&str; 23] = [
+const PRELUDE: [&str; 24] = [
     "struct VrcsParams",
     "const VRCS_",
     "var<uniform> vrcs_params",
     "var<storage> vrcs_coords",
     "var<private> vrcs_pixel",
+    "var<private> vrcs_tile",
     "var<private> vrcs_copies",
     "fn vrcs_is_inside",
     "fn vrcs_members",

@@ -33,6 +33,9 @@ struct Params {
     depth_offset: u32,
     reversed_z: u32,
     previous_pitch: u32,
+    // where the view lies in this frame's pictures, and in the previous
+    origin: vec2<u32>,
+    previous_origin: vec2<u32>,
 }
 
 @group(0) @binding(0) var<uniform> params: Params;
@@ -45,6 +48,24 @@ const TABLE_SPEEDS: u32 = 256u;
 const SPEEDS: u32 = 1024u;
 const TABLE_FALLOFF: u32 = 2304u;
 const FALLOFF: u32 = 256u;
+
+// Where a pixel of the view lies in this frame's pictures.
+fn here(p: vec2<u32>) -> vec2<i32> {
+#ifdef ORIGIN
+    return vec2<i32>(p + params.origin);
+#else
+    return vec2<i32>(p);
+#endif
+}
+
+// The same in the previous frame's.
+fn before(p: vec2<u32>) -> vec2<i32> {
+#ifdef ORIGIN
+    return vec2<i32>(p + params.previous_origin);
+#else
+    return vec2<i32>(p);
+#endif
+}
 
 // The largest rate, as log2.
 fn largest() -> vec2<u32> {

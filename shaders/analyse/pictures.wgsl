@@ -1,7 +1,7 @@
 // The previous picture, before and after transparents: channels and luma of its pixels.
 #define_import_path vrcs::analyse::pictures
 
-#import vrcs::analyse::params::{params, tables}
+#import vrcs::analyse::params::{params, tables, before}
 #import vrcs::analyse::fixed::{luma, quantise, BAD}
 
 #ifdef SQRT_LUMA
@@ -80,11 +80,11 @@ fn pixel_of(value: vec3<f32>) -> vec4<u32> {
 }
 
 fn before_at(p: vec2<u32>) -> vec4<u32> {
-    return pixel_of(textureLoad(colour, vec2<i32>(p), 0).xyz);
+    return pixel_of(textureLoad(colour, before(p), 0).xyz);
 }
 #ifdef TRANSPARENTS
 fn after_at(p: vec2<u32>) -> vec4<u32> {
-    return pixel_of(textureLoad(after, vec2<i32>(p), 0).xyz);
+    return pixel_of(textureLoad(after, before(p), 0).xyz);
 }
 #endif
 #endif

@@ -1,7 +1,7 @@
 // Where a pixel comes from, whether that is known, and how fast it moves.
 #define_import_path vrcs::analyse::source
 
-#import vrcs::analyse::params::{params, SPEEDS}
+#import vrcs::analyse::params::{params, SPEEDS, here, before}
 #import vrcs::depth::{high_product, inverse_distance, NO_DEPTH}
 #ifdef OPTICS
 #import vrcs::analyse::optics
@@ -84,16 +84,16 @@ fn was_covered(now: u32, then: u32) -> bool {
 // The bits of a pixel's motion; what does not move with the world stands still.
 fn motion_at(p: vec2<u32>) -> vec2<u32> {
 #ifdef FLAGS
-    if (textureLoad(marks, vec2<i32>(p), 0).x & 1u) != 0u {
+    if (textureLoad(marks, here(p), 0).x & 1u) != 0u {
         return vec2<u32>(0u);
     }
 #endif
-    return optics::camera_motion(p, textureLoad(depth, vec2<i32>(p), 0).x);
+    return optics::camera_motion(p, textureLoad(depth, here(p), 0).x);
 }
 #endif
 #ifdef VECTORS
 fn motion_at(p: vec2<u32>) -> vec2<u32> {
-    return bitcast<vec2<u32>>(textureLoad(motion, vec2<i32>(p), 0).xy);
+    return bitcast<vec2<u32>>(textureLoad(motion, here(p), 0).xy);
 }
 #endif
 
@@ -127,8 +127,8 @@ fn moved_source(p: vec2<u32>) -> vec3<u32> {
     let past = min(vec2<u32>(max(position >> vec2<u32>(8u), vec2<i32>(0))), params.previous - 1u);
 #ifdef DEPTH
     if doubt == SURE {
-        let now = inverse_depth(textureLoad(depth, vec2<i32>(p), 0).x);
-        let then = inverse_depth(textureLoad(depth_before, vec2<i32>(past), 0).x);
+        let now = inverse_depth(textureLoad(depth, here(p), 0).x);
+        let then = inverse_depth(textureLoad(depth_before, before(past), 0).x);
         if is_hidden(now, then) {
             doubt = DISOCCLUDED;
         }
@@ -142,7 +142,7 @@ fn moved_source(p: vec2<u32>) -> vec3<u32> {
 // Whether a pixel has no known motion, and counts as standing still. What does not move with the world needs none.
 fn is_lost_at(p: vec2<u32>) -> bool {
 #ifdef FLAGS
-    if (textureLoad(marks, vec2<i32>(p), 0).x & 1u) != 0u {
+    if (textureLoad(marks, here(p), 0).x & 1u) != 0u {
         return false;
     }
 #endif
@@ -168,7 +168,7 @@ fn magnitudes(vector: vec2<u32>) -> vec2<u32> {
 fn speed_key(p: vec2<u32>) -> vec2<u32> {
     var key = magnitudes(motion_at(p));
 #ifdef FLAGS
-    if (textureLoad(marks, vec2<i32>(p), 0).x & 1u) != 0u {
+    if (textureLoad(marks, here(p), 0).x & 1u) != 0u {
         key = vec2<u32>(0u);
     }
 #endif
@@ -176,11 +176,11 @@ fn speed_key(p: vec2<u32>) -> vec2<u32> {
     key = speeds_of(key);
 #endif
 #ifdef BLUR
-    let width = speed_index(magnitudes(bitcast<vec2<u32>>(textureLoad(blur, vec2<i32>(p), 0).xx)).x, 16.0);
+    let width = speed_index(magnitudes(bitcast<vec2<u32>>(textureLoad(blur, here(p), 0).xx)).x, 16.0);
     key = max(key, vec2<u32>(width));
 #endif
 #ifdef LENS
-    key = max(key, vec2<u32>(optics::lens_blur(textureLoad(depth, vec2<i32>(p), 0).x)));
+    key = max(key, vec2<u32>(optics::lens_blur(textureLoad(depth, here(p), 0).x)));
 #endif
     return key;
 }

@@ -1,4 +1,4 @@
-// What the builder is given, what it writes, and what the invocations of a workgroup share.
+// What the builder is given, and what it writes.
 
 struct Params {
     extent: vec2<u32>,
@@ -33,6 +33,11 @@ struct Params {
     normal_tolerance: u32,
     sky: u32,
     layers: u32,
+    // Of linear depth: what a distance is times inverse depth, where it is 0, and 1 over the way to where it is 1.
+    linear_factor: f32,
+    linear_near: f32,
+    linear_share: f32,
+    padding: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: Params;
@@ -73,27 +78,16 @@ struct Params {
 @group(0) @binding(12) var<storage, read> user_bits: array<u32>;
 #endif
 
-// A workgroup builds TILES tiles beside one another, with an invocation for PER quads beside one another.
+// A workgroup builds TILES tiles beside one another.
 const TILES: u32 = #{TILES}u;
-const PER: u32 = #{PER}u;
 const TILE: vec2<u32> = vec2<u32>(#{TILE_WIDTH}u, #{TILE_HEIGHT}u);
 const AREA: u32 = TILE.x * TILE.y;
 // a side that is odd, as of a workgroup of 64 by 1, ends in half a quad
 const QUADS: vec2<u32> = (TILE + 1u) / 2u;
 const QUAD_COUNT: u32 = QUADS.x * QUADS.y;
-const LANES: u32 = QUAD_COUNT / PER;
-const INVOCATIONS: u32 = TILES * LANES;
-// An invocation's count is 4 bits for a quad, 8 for four: so many to a word; words of counts for a tile, and for all.
-const FIELDS: u32 = #{FIELDS}u;
-const FIELD_BITS: u32 = 32u / FIELDS;
-const COUNT_WORDS: u32 = (LANES + FIELDS - 1u) / FIELDS;
-const ALL_COUNT_WORDS: u32 = TILES * COUNT_WORDS;
-const ALL_PIXELS: u32 = TILES * AREA;
-const ALL_PLACES: u32 = TILES * 4u;
 const TILE_IDENTITY: u32 = 0x40000u;
 const TILE_UNIFORM: u32 = 0x80000u;
 const TILE_SKY: u32 = 0x100000u;
-const IS_SKY: u32 = 0x10000u;
 const LIST_HEADER: u32 = 4u;
 const CLASSIFIED_HEADER: u32 = 32u;
 // The numbers of the counters.
@@ -101,43 +95,24 @@ const C_LIST: u32 = 0u;
 const C_TILES: u32 = 2u;
 const C_MIXED: u32 = 16u;
 const C_STATISTICS: u32 = 18u;
-const CLASSES: u32 = 14u;
 const STATISTICS_WORDS: u32 = 20u;
 
-// The number of primaries that each invocation has found; of sky apart.
-var<workgroup> counts: array<atomic<u32>, ALL_COUNT_WORDS>;
-#ifdef SKY
-var<workgroup> sky_counts: array<atomic<u32>, ALL_COUNT_WORDS>;
-#endif
-// Bit n: there is a quad with rate n.
-var<workgroup> rates_seen: array<atomic<u32>, TILES>;
-// The entries of each tile, to be written out side by side.
-var<workgroup> staged: array<u32, ALL_PIXELS>;
-#ifndef LOCAL
-// For each pixel of the tile, the members of the group that it leads over its aligned 4x4 block, and IS_SKY.
-var<workgroup> leads: array<u32, ALL_PIXELS>;
-#ifdef GRADED
-var<workgroup> grades: array<u32, ALL_PIXELS>;
-#endif
-#ifdef EFFECTIVE
-// Whether coverage has split the block of a quad.
-var<workgroup> splits: array<atomic<u32>, INVOCATIONS>;
-#endif
-#endif
-#ifdef EFFECTIVE
-#ifdef SHARED_WORDS
-var<workgroup> effective_words: array<atomic<u32>, INVOCATIONS>;
-#endif
-#endif
-#ifdef COUNTERS
-// What each tile adds to the lists (covered, sky, and both of mixed tiles), then where its entries start in them.
-var<workgroup> places: array<u32, ALL_PLACES>;
+#ifdef USER
+// A shader that is told of its pixel finds its tile's bits at the end of the buffer; the first of eight tiles copies their word. To be called
+// once for each tile.
+fn hand_on_user_bits(slot: u32) {
+    if slot % 8u != 0u {
+        return;
+    }
+    let all_bits = user_bits[slot / 8u];
+#ifdef LIST
+    list[LIST_HEADER + params.list_capacity * params.list_stride + slot / 8u] = all_bits;
 #endif
 #ifdef CLASSIFIED
-// How many tiles of each class are here, and where they start.
-var<workgroup> class_counts: array<atomic<u32>, CLASSES>;
-var<workgroup> class_starts: array<u32, CLASSES>;
+    classified[params.mixed + params.list_capacity * params.list_stride + slot / 8u] = all_bits;
 #endif
-#ifdef STATISTICS
-var<workgroup> tally: array<atomic<u32>, STATISTICS_WORDS>;
+#ifdef GRADED
+    graded[params.graded_pitch * ((params.extent.y + 1u) / 2u) + slot / 8u] = all_bits;
+#endif
+}
 #endif

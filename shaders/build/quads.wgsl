@@ -81,20 +81,10 @@ fn quad_groups(first: vec2<u32>, at: vec2<u32>, room: vec2<u32>, rate: vec2<u32>
     return quad;
 }
 
-// The word of rates that a quad's lies in.
-fn rates_at(quad: vec2<u32>) -> u32 {
-    if any(quad >= (params.extent + 1u) / 2u) {
-        return 0u;
-    }
-    return sri[quad.y * params.sri_pitch + (quad.x >> 2u)];
-}
-
 // The rate of a quad: no larger one has to agree with its block, since none is left.
-fn quad_rate(word: u32, quad: vec2<u32>) -> vec2<u32> {
-    let code = extractBits(word, (quad.x & 3u) * 8u, 8u);
-    let is_rate = code <= 10u && ((0x673u >> code) & 1u) != 0u && quad.x < (params.extent.x + 1u) / 2u;
-    let rate = select(0u, code, is_rate);
-    return min(vec2<u32>(rate >> 2u, rate & 3u), vec2<u32>(params.largest >> 2u, params.largest & 3u));
+fn quad_rate(quad: vec2<u32>) -> vec2<u32> {
+    let code = code_of(quad, (params.extent + 1u) / 2u);
+    return min(vec2<u32>(code >> 2u, code & 3u), vec2<u32>(params.largest >> 2u, params.largest & 3u));
 }
 
 #ifdef GRADED

@@ -16,6 +16,8 @@ struct Params {
     tolerance: f32,
     // White of the luma, as a power of two.
     white_log: i32,
+    // Where the extent lies in the picture, and in depth and surfaces.
+    origin: vec2<u32>,
 }
 
 @group(0) @binding(0) var<uniform> params: Params;

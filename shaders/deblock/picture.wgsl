@@ -81,7 +81,8 @@ fn pack(color: vec4<f32>) -> u32 {
 }
 #endif
 
-fn load(at: vec2<u32>) -> vec4<f32> {
+fn load(pixel: vec2<u32>) -> vec4<f32> {
+    let at = pixel + params.origin;
 #ifdef SCRATCH
     return textureLoad(picture, at, 0);
 #endif
@@ -110,7 +111,8 @@ fn load(at: vec2<u32>) -> vec4<f32> {
 #endif
 }
 
-fn store(at: vec2<u32>, color: vec4<f32>) {
+fn store(pixel: vec2<u32>, color: vec4<f32>) {
+    let at = pixel + params.origin;
 #ifdef SCRATCH
     textureStore(result, at, color);
 #endif

@@ -25,7 +25,7 @@ fn is_same(a: vec4<f32>, b: vec4<f32>) -> bool {
 #ifdef DEPTH
 fn inverse_at(at: vec2<i32>) -> f32 {
     let inside = clamp(at, vec2<i32>(0), vec2<i32>(params.extent) - 1);
-    let value = textureLoad(depth, inside, 0).r;
+    let value = textureLoad(depth, inside + vec2<i32>(params.origin), 0).r;
 #ifdef LINEAR
     return select(0.0, 1.0 / value, value > 0.0);
 #else
@@ -62,7 +62,7 @@ fn is_in_plane(origin: vec2<i32>, goal: vec2<i32>) -> bool {
 fn is_one_surface(pixel: vec2<u32>, tap: vec2<u32>) -> bool {
     var is_one = true;
 #ifdef SURFACES
-    is_one = textureLoad(surfaces, pixel, 0).r == textureLoad(surfaces, tap, 0).r;
+    is_one = textureLoad(surfaces, pixel + params.origin, 0).r == textureLoad(surfaces, tap + params.origin, 0).r;
 #endif
 #ifdef DEPTH
     let a = vec2<i32>(pixel);

@@ -1,5 +1,5 @@
-// Hills under a wide sky with drifting fog, seen from a fast aircraft. Nothing but the camera moves, so motion comes from depth and
-// two matrices; large parts are sky; the haze is grainy.
+// Hills under a wide sky with clouds and drifting fog, seen from a fast aircraft. On the ground nothing but the camera moves, so motion
+// comes from depth and two matrices; large parts are sky; the haze is grainy.
 
 const STEPS: u32 = 150u;
 const LIGHTS: u32 = 1u;
@@ -17,13 +17,23 @@ fn height(p: vec2<f32>) -> f32 {
     return 14.0 * hills * hills + 2.0 * noise(p * 0.11) - 3.0;
 }
 
-fn scene_distance(p: vec3<f32>, time: f32) -> Hit {
+const SUN: vec3<f32> = vec3<f32>(0.5472, 0.4104, 0.7296);
+const CLOUDS_FROM: f32 = 55.0;
+const CLOUDS_TO: f32 = 105.0;
+
+// Hills, lake, and the tower of this place's own cell.
+fn solid(p: vec3<f32>) -> Hit {
     var hit = Hit((p.y - height(p.xz)) * 0.6, LAND);
     hit = nearer(hit, Hit(p.y - 0.4, LAKE));
     let cell = round(p.xz / 48.0);
     let q = p.xz - cell * 48.0;
     let top = 9.0 + 8.0 * chance_at(vec2<i32>(cell));
-    hit = nearer(hit, Hit(max(max(abs(q.x), abs(q.y)) - 1.1, p.y - top) * 0.9, TOWER));
+    return nearer(hit, Hit(max(max(abs(q.x), abs(q.y)) - 1.1, p.y - top) * 0.9, TOWER));
+}
+
+fn scene_distance(p: vec3<f32>, time: f32) -> Hit {
+    let hit = solid(p);
+    let q = p.xz - round(p.xz / 48.0) * 48.0;
     // no step may pass a cell with a tower unseen
     let wall = 25.0 - max(abs(q.x), abs(q.y));
     return Hit(min(hit.distance, max(wall, 0.6)), hit.surface);
@@ -65,7 +75,6 @@ fn scene_light(i: u32) -> Light {
 fn sky_colour(direction: vec3<f32>) -> vec3<f32> {
     let up = clamp(direction.y, 0.0, 1.0);
     var sky = mix(vec3<f32>(0.85, 0.72, 0.6), vec3<f32>(0.16, 0.32, 0.66), pow(up, 0.55));
-    let sun = normalize(vec3<f32>(120.0, 90.0, 160.0));
-    sky += vec3<f32>(1.0, 0.8, 0.5) * (0.5 * pow(max(dot(direction, sun), 0.0), 60.0));
+    sky += vec3<f32>(1.0, 0.8, 0.5) * (0.5 * pow(max(dot(direction, SUN), 0.0), 60.0));
     return sky;
 }

@@ -2,7 +2,7 @@
 //
 // A scene gives: `scene_distance(p, time)`, `scene_material(p, normal, surface)`, `scene_light(i)`, LIGHTS, `sky_colour(direction)`,
 // `moved(p, surface)`: where a point was one frame ago, `triangle_of(p, surface)`, and the constants STEPS, LIGHTS, SHADOWS,
-// SHADOW_STEPS, FOG and GRAIN. rays.wgsl or, in a scene without short rays, norays.wgsl gives `traced_at`; motion.wgsl or, in a
+// SHADOW_STEPS, FOG and GRAIN. rays.wgsl, atmosphere.wgsl or, in a scene with neither, norays.wgsl gives `traced_at` and TRACES_SKY; motion.wgsl or, in a
 // scene without motion vectors, nomotion.wgsl gives `note_motion_of` and `note_motion_of_sky`.
 
 fn scene_normal(p: vec3<f32>, scale: f32) -> vec3<f32> {
@@ -145,9 +145,9 @@ fn composite(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let at = vec2<i32>(id.xy);
     let inverse = textureLoad(depth, at, 0).x;
-    // nothing is traced from the sky, and the pass that traces may skip it
+    // where nothing is traced from the sky, the pass that traces may skip it
     var rays_seen = vec4<f32>(0.0, 0.0, 0.0, 1.0);
-    if inverse > 0.0 {
+    if inverse > 0.0 || TRACES_SKY {
         rays_seen = traced_at(at);
     }
     var colour = textureLoad(light, at, 0).rgb * rays_seen.a + rays_seen.rgb;

@@ -1,5 +1,7 @@
 // Short rays: ambient occlusion, and what mirror-like surfaces reflect. Needs REFLECTION_STEPS and OCCLUSION_RAYS besides.
 
+const TRACES_SKY: bool = false;
+
 // What the pass has found for a pixel: reflected light, and how open the place is.
 fn traced_at(at: vec2<i32>) -> vec4<f32> {
     return textureLoad(traced, at, 0);

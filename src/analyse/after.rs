@@ -21,7 +21,7 @@ use crate::{
     sri::SriLayout,
 };
 
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Kernel {
     layout: wgpu::BindGroupLayout,
     pipeline: wgpu::ComputePipeline,
@@ -30,7 +30,7 @@ struct Kernel {
 }
 
 /// The pipelines.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct After {
     own: Option<Kernel>,
     half: Option<Kernel>,
@@ -215,7 +215,9 @@ impl After {
     ) {
         let own = plan.settings.own.clone().unwrap_or_default();
         for (index, bound) in bound.own.iter().enumerate() {
-            let params = own::Params::new(&own, plan.settings.largest, frame.size, index == 0);
+            let largest = plan.settings.largest;
+            let params =
+                own::Params::new(&own, largest, frame.size, index == 0).placed_at(frame.origin);
             queue.write_buffer(&bound.params, 0, bytemuck::bytes_of(&params));
         }
         if let Some(bound) = &bound.half {

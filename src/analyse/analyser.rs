@@ -12,6 +12,7 @@ use super::{
     settings::Settings,
 };
 use crate::{
+    home::Home,
     limits::LimitError,
     object::ObjectOptions,
     plan::{Binding, ColourForm, Plan, PlanError, Scene},
@@ -26,6 +27,7 @@ use crate::{
 #[derive(Debug)]
 pub struct Analyser {
     device: wgpu::Device,
+    home: Home,
     analysis: Arc<Analysis>,
     bound: BoundAnalysis,
     /// The rates that it writes: those of the view that it was bound to.
@@ -74,13 +76,15 @@ pub enum AnalyserError {
     },
     /// A picture smaller than the view.
     #[error(
-        "the picture is {picture:?} pixels, the view {view:?}: a view is a part of the picture that it shades, or all of it"
+        "the picture is {picture:?} pixels, the view {view:?} at {origin:?} in it: a view is a part of the picture that it shades, or all of it"
     )]
     Size {
         /// The picture's size.
         picture: [u32; 2],
         /// The view's.
         view: [u32; 2],
+        /// Where the view lies in the picture.
+        origin: [u32; 2],
     },
 }
 
@@ -124,7 +128,8 @@ impl Analyser {
     /// The analysis of what a picture looked like and nothing else, with the default settings: `picture` is what the previous frame
     /// left, and may be what this frame writes later in the same pass.
     ///
-    /// A texture of 8-bit codes is taken as it is shown (sRGB), one of 16- or 32-bit floats as linear light.
+    /// The texture needs the usage `TEXTURE_BINDING`. One of 8-bit codes is taken as it is shown (sRGB), one of 16- or 32-bit floats as
+    /// linear light. If the view has an [origin](View::origin), it is a part of the texture.
     ///
     /// # Errors
     /// If a shader cannot read the texture, or it has another format, more than one layer or sample, or fewer pixels than the view.
@@ -175,14 +180,19 @@ impl Analyser {
     ) -> Result<Analyser, AnalyserError> {
         let [width, height, _] = view.extent();
         let texture = picture.texture();
-        if texture.width() < width || texture.height() < height {
+        let origin = view.origin();
+        let needed = [width, height].map(u64::from);
+        let needed = [0, 1].map(|axis| u64::from(origin[axis]) + needed[axis]);
+        if u64::from(texture.width()) < needed[0] || u64::from(texture.height()) < needed[1] {
             return Err(AnalyserError::Size {
                 picture: [texture.width(), texture.height()],
                 view: [width, height],
+                origin,
             });
         }
         let scene = Scene {
             colour: form,
+            origin: origin != [0; 2],
             ..Scene::default()
         };
         let resources = [(Binding::Colour, wgpu::BindingResource::TextureView(picture))];
@@ -204,6 +214,7 @@ impl Analyser {
         resources: Resources,
     ) -> Result<Analyser, BindError> {
         Ok(Analyser {
+            home: Home::of(device),
             device: device.clone(),
             bound: bind(&analysis, device, view, resources)?,
             analysis,
@@ -240,7 +251,7 @@ impl Analyser {
         frame: &Frame,
     ) -> Result<(), FrameError> {
         let _span = tracing::trace_span!("vrcs analyse").entered();
-        if self.rates != *view.sri() {
+        if self.home != *view.home() || self.rates != *view.sri() {
             return Err(FrameError::Stale);
         }
         let [width, height, _] = view.extent();
@@ -248,6 +259,12 @@ impl Analyser {
             return Err(FrameError::View {
                 frame: frame.size,
                 view: [width, height],
+            });
+        }
+        if frame.origin != view.origin() {
+            return Err(FrameError::Origin {
+                frame: frame.origin,
+                view: view.origin(),
             });
         }
         self.analysis.set_frame(queue, &self.bound, frame)?;

@@ -184,15 +184,20 @@ impl Reals<'_> {
         tolerance
     }
 
+    /// By how much the deterministic path's error may be off.
+    fn off(&self, window: &Window, error: f64) -> f64 {
+        match self.settings.content.norm {
+            // the root of what is off
+            Norm::Root => (error * error + window.off).sqrt() - error,
+            _ => window.off,
+        }
+    }
+
     /// Whether the deterministic path, rounding as [`fixed`] says, might find the other side of `b · error < threshold`.
     fn doubt(&self, window: &Window, error: f64, b: f64, threshold: f64, factor: f64) -> bool {
         let settings = self.settings;
         let content = &settings.content;
-        let off = match content.norm {
-            // the root of what is off
-            Norm::Root => (error * error + window.off).sqrt() - error,
-            _ => window.off,
-        };
+        let off = self.off(window, error);
         // t, the tolerances and the stability are rounded, each product of magnitudes by 2^-14
         let mut share =
             FACTOR / content.threshold + 4.0 * FACTOR / factor.min(1.0) + 12.0 / 16_384.0;
@@ -376,6 +381,16 @@ impl Numbers for Reals<'_> {
 
     fn error(&self, window: &Window, axis: usize) -> f64 {
         window.errors[axis]
+    }
+
+    fn is_flatter_across(&self, window: &Window, place: &Place) -> bool {
+        let [across, down] = window.errors;
+        // the deterministic path drops two bits of each sum besides
+        if (across - down).abs() <= self.off(window, across) + self.off(window, down) + UNIT {
+            let quad = place.quad[1] * self.inputs.size[0].div_ceil(2) + place.quad[0];
+            self.doubtful.borrow_mut()[quad as usize] = true;
+        }
+        across <= down
     }
 
     fn sqrt_luma(&self, pixel: usize) -> u8 {

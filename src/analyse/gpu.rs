@@ -28,7 +28,7 @@ use crate::{
 };
 
 /// The pipelines of a plan.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Analysis {
     plan: Plan,
     label: String,
@@ -40,7 +40,7 @@ pub struct Analysis {
     after: After,
 }
 
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct SmoothKernel {
     layout: wgpu::BindGroupLayout,
     pipeline: wgpu::ComputePipeline,
@@ -214,6 +214,22 @@ impl Analysis {
         })
     }
 
+    /// An analysis by another plan that differs in numbers alone, such as thresholds, by the same pipelines: nothing is compiled. Nothing
+    /// if the plan needs other kernels.
+    pub fn another(&self, plan: &Plan) -> Option<Analysis> {
+        let alike = Plan {
+            settings: plan.settings.clone(),
+            ..self.plan.clone()
+        };
+        let is_alike = alike == *plan
+            && self.plan.defs() == plan.defs()
+            && self.plan.settings.smoothing == plan.settings.smoothing;
+        is_alike.then(|| Analysis {
+            plan: plan.clone(),
+            ..self.clone()
+        })
+    }
+
     /// How many pipelines there are: one for each of the plan's passes.
     pub fn pipeline_count(&self) -> usize {
         let optional = [
@@ -350,6 +366,12 @@ impl Analysis {
         let mut set = bound.set.lock().unwrap_or_else(PoisonError::into_inner);
         if *set == Some(*frame) {
             return Ok(());
+        }
+        let origins = [frame.origin, frame.previous_origin];
+        if let Some(&origin) = origins.iter().find(|origin| **origin != [0; 2])
+            && !self.plan.scene.origin
+        {
+            return Err(FrameError::NoOrigin(origin));
         }
         resources::check(&bound.rooms, frame)?;
         let before = set.replace(*frame);

@@ -55,6 +55,11 @@ pub struct Frame {
     pub resolution_scale: f64,
     /// Both frames' cameras, for a scene whose motion is the camera's; without, that scene is in doubt.
     pub cameras: Option<Cameras>,
+    /// Where the view's first pixel lies in this frame's pictures (motion, depth, materials, masks), for a scene that
+    /// [declares](crate::Scene::origin) it: of a split screen, say. What the analysis writes starts at the view's first pixel.
+    pub origin: [u32; 2],
+    /// The same in the previous frame's pictures. Previous rates and √luma are the view's own, and have no origin.
+    pub previous_origin: [u32; 2],
 }
 
 impl Frame {
@@ -66,6 +71,18 @@ impl Frame {
             has_history: true,
             resolution_scale: 1.0,
             cameras: None,
+            origin: [0; 2],
+            previous_origin: [0; 2],
+        }
+    }
+
+    /// A frame of a [view](crate::View): of its extent, at its [origin](crate::View::origin), both as they were in the frame before.
+    pub fn of_view(view: &crate::View) -> Frame {
+        let [width, height, _] = view.extent();
+        Frame {
+            origin: view.origin(),
+            previous_origin: view.origin(),
+            ..Frame::of_size([width, height])
         }
     }
 
@@ -101,7 +118,8 @@ pub struct Inputs<'a> {
     pub previous_depth: Option<&'a [f32]>,
     /// The previous frame's rates.
     pub previous_rates: Option<&'a Sri>,
-    /// Smoothness and Rf0 of this frame's surfaces, 255 for 1.
+    /// Smoothness and Rf0 of this frame's surfaces, 255 for 1. (GDC's pass 1 has those of the last frame's G-buffer and fetches them along
+    /// motion with the rest; a renderer that has no others at this point moves them itself, or gives them where nothing moves much.)
     pub materials: Option<&'a [[u8; 2]]>,
     /// Where noise is, 255 for most.
     pub noise: Option<&'a [u8]>,
@@ -146,6 +164,8 @@ impl<'a> Inputs<'a> {
             has_history: self.has_history,
             resolution_scale: self.resolution_scale,
             cameras: self.cameras.filter(|_| self.motion.is_none()),
+            origin: [0; 2],
+            previous_origin: [0; 2],
         }
     }
 
@@ -224,6 +244,9 @@ pub enum WrongInput {
     /// An effect that looks at pixels, in a stage by tiles.
     #[error("{0} looks at pixels one by one, and the stage goes by tiles")]
     ByTiles(&'static str),
+    /// An effect that changes how much of the content's error is tolerated, where motion alone decides.
+    #[error("{0} changes how much of the content's error is tolerated, and motion alone decides")]
+    MotionAlone(&'static str),
     /// The settings call for an input that is not there.
     #[error("the settings call for {0}, which is not given")]
     Missing(&'static str),
@@ -249,6 +272,21 @@ pub enum FrameError {
         /// The view's.
         view: [u32; 2],
     },
+    /// The frame lies at another place in its pictures than the view.
+    #[error(
+        "the frame's origin in its pictures is {frame:?} and the view's {view:?}: make it by `Frame::of_view`, or set `View::set_origin`"
+    )]
+    Origin {
+        /// The frame's origin.
+        frame: [u32; 2],
+        /// The view's.
+        view: [u32; 2],
+    },
+    /// The frame has an origin, and the analysis was planned without.
+    #[error(
+        "the frame lies at {0:?} in its pictures, and the analysis was planned for pictures of the view's own: declare `Scene::origin`"
+    )]
+    NoOrigin([u32; 2]),
     /// The view has made its buffers anew, or is another one.
     #[error(
         "the analyser is bound to rates that are not this view's: call `Analyser::bind` after `View::set_extent`, with this frame's pictures"

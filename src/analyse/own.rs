@@ -147,6 +147,8 @@ pub(crate) struct Params {
     has: u32,
     reach: [u32; 4],
     ids: [u32; 32],
+    origin: [u32; 2],
+    padding: [u32; 2],
 }
 
 // `has`: bit 0, depth 1 is near; bit 1, the reasons are those of these rates
@@ -188,7 +190,14 @@ impl Params {
                 (ladder.near / from * 1_073_741_824.0).clamp(0.0, 1_073_741_824.0) as u32
             }),
             ids: nibbles(ids.rates.iter().copied()),
+            origin: [0; 2],
+            padding: [0; 2],
         }
+    }
+
+    /// The same where the view does not start at the pictures' first corner.
+    pub(crate) fn placed_at(self, origin: [u32; 2]) -> Params {
+        Params { origin, ..self }
     }
 }
 

@@ -76,6 +76,10 @@ pub struct Params {
     pub reversed_z: u32,
     /// Words in a row of the previous frame's rates.
     pub previous_pitch: u32,
+    /// Where the view lies in this frame's pictures.
+    pub origin: [u32; 2],
+    /// Where it lay in the previous frame's.
+    pub previous_origin: [u32; 2],
 }
 
 /// Where things are in the table buffer, in words.
@@ -187,6 +191,8 @@ impl Params {
             reversed_z: u32::from(reprojection.reversed_z),
             previous_pitch: SriLayout::new(inputs.previous_size[0], inputs.previous_size[1]).pitch
                 / 4,
+            origin: inputs.origin,
+            previous_origin: inputs.previous_origin,
         }
     }
 

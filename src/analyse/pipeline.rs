@@ -66,6 +66,10 @@ pub trait Numbers {
     fn blend(&self, windows: &[(&Self::Window, u32)]) -> Self::Window;
     /// The error on an axis, up to a factor that all windows share.
     fn error(&self, window: &Self::Window, axis: usize) -> f64;
+    /// Whether the error across is at most that down.
+    fn is_flatter_across(&self, window: &Self::Window, _place: &Place) -> bool {
+        self.error(window, 0) <= self.error(window, 1)
+    }
     /// √luma of a pixel of the previous picture.
     fn sqrt_luma(&self, pixel: usize) -> u8;
     /// Whether a pixel of a picture has a luma.
@@ -199,6 +203,9 @@ pub fn run<N: Numbers>(
     check(inputs, settings)?;
     if let (true, Some(effect)) = (settings.is_by_tiles(), settings.first_by_pixel()) {
         return Err(WrongInput::ByTiles(effect));
+    }
+    if let (true, Some(effect)) = (settings.is_by_motion_alone(), settings.first_of_content()) {
+        return Err(WrongInput::MotionAlone(effect));
     }
     let vectors = camera_vectors(inputs, settings);
     let inputs = &Inputs {
@@ -563,7 +570,9 @@ impl<N: Numbers> Stage<'_, N> {
             && place.noise > 0
             && motion_only.is_none();
         if again {
-            let second = half_rate(rate, self.logs(before, place, true), error);
+            let second = half_rate(rate, self.logs(before, place, true), || {
+                self.numbers.is_flatter_across(before, place)
+            });
             if second != rate {
                 reason = Reason::HalfRate;
             }
@@ -613,10 +622,10 @@ pub fn legal([x, y]: Logs) -> Logs {
 
 /// The extra half rate's rule: what was coarse on both axes takes the second look's rate where that is finer, and stays coarse
 /// on the axis of the smaller error if the second look would have neither.
-pub fn half_rate(rate: Logs, second: Logs, error: [f64; 2]) -> Logs {
+pub fn half_rate(rate: Logs, second: Logs, is_flatter_across: impl FnOnce() -> bool) -> Logs {
     let met = legal([rate[0].min(second[0]), rate[1].min(second[1])]);
     match met {
-        [0, 0] if error[0] <= error[1] => [1, 0],
+        [0, 0] if is_flatter_across() => [1, 0],
         [0, 0] => [0, 1],
         met => met,
     }

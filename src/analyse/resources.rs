@@ -147,10 +147,13 @@ pub(super) fn check(rooms: &[(Binding, Room)], frame: &Frame) -> Result<(), Fram
 
 /// The least size of a texture.
 fn texels(binding: Binding, frame: &Frame) -> [u32; 2] {
-    match binding {
-        Binding::Colour | Binding::After | Binding::PreviousDepth => frame.previous_size,
-        _ => frame.size,
-    }
+    let (origin, size) = match binding {
+        Binding::Colour | Binding::After | Binding::PreviousDepth => {
+            (frame.previous_origin, frame.previous_size)
+        }
+        _ => (frame.origin, frame.size),
+    };
+    [0, 1].map(|axis| origin[axis].saturating_add(size[axis]))
 }
 
 /// The least size of a buffer.

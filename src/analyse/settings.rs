@@ -193,12 +193,14 @@ pub enum Blur {
     /// It is scaled by straight lines, 1 − 0.0596 v and k − 0.1229 v, up to 16 pixels a frame and as there beyond: Intel's VALAR,
     /// whose lines fall below 0 at 17 pixels and make everything coarse.
     Linear,
-    /// It is not looked at: b_H(v) < t / e alone decides (Eq. 23 and 24).
+    /// It is not looked at: b_H(v) < t / e alone decides (Eq. 23 and 24). What changes how much error is tolerated (stability, the
+    /// extra half rate, transparents, foveation, overshoot, a safe area) has nothing to change then, and is refused; of materials,
+    /// mirrors stay at full rate, and sensitivity does nothing.
     Standalone {
         /// e of Eq. 24: the largest relative error that the scene's materials make.
         error: f64,
     },
-    /// It is not looked at: speed alone decides, by [`Ladder`] (Wicked Engine).
+    /// It is not looked at: speed alone decides, by [`Ladder`] (Wicked Engine). Refuses what [`Blur::Standalone`] does.
     Ladder(Ladder),
 }
 
@@ -271,7 +273,8 @@ pub enum Fetch {
     #[default]
     Pixel,
     /// What the previous picture's tiles of 16×16 pixels told, for each tile, by its furthest depth and the cameras (GDC, passes 1 and 2):
-    /// one rate a tile, by content and motion alone.
+    /// one rate a tile, by content and motion alone. What a tile tells is the mean of its quads' windows: of the tile's own pairs, those
+    /// between two quads twice as they lie in the windows of both, and of those to the pixels next to it once.
     Tile,
 }
 
@@ -508,6 +511,27 @@ impl Settings {
     pub fn is_by_tiles(&self) -> bool {
         self.reprojection
             .is_some_and(|reprojection| reprojection.fetch == Fetch::Tile)
+    }
+
+    /// Whether motion alone decides, whatever the content: [`Blur::Standalone`] or [`Blur::Ladder`].
+    pub fn is_by_motion_alone(&self) -> bool {
+        self.motion
+            .is_some_and(|motion| matches!(motion.blur, Blur::Standalone { .. } | Blur::Ladder(_)))
+    }
+
+    /// The first effect that changes how much of the content's error is tolerated: where motion alone decides, it would change nothing.
+    pub(crate) fn first_of_content(&self) -> Option<&'static str> {
+        let all = [
+            (self.stability != Stability::None, "stability"),
+            (self.half_rate.is_some(), "the extra half rate"),
+            (self.transparents, "transparents"),
+            (self.foveation.is_some(), "foveation"),
+            (!self.overshoot.is_empty(), "quality overshoot"),
+            (self.safe_area.is_some(), "a safe area"),
+        ];
+        all.into_iter()
+            .find(|effect| effect.0)
+            .map(|effect| effect.1)
     }
 
     /// Whether what was hidden is told apart by depth.

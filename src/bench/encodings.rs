@@ -12,8 +12,9 @@ use super::{
 };
 use crate::{
     Rate, View,
-    build::{BuildOptions, Modes},
+    build::{BuildOptions, LinearDepth, Modes},
     check::gpu::{Gpu, by_construction},
+    coverage::{Coverage, Depth, DepthKind, Textures},
     kernel::{self, shader},
     sri::{Sri, SriLayout},
 };
@@ -311,7 +312,11 @@ pub(super) fn builds(lab: &Lab) -> Result<Vec<Row>, BenchError> {
             .fold(Modes::NONE, |modes, &mode| modes.with(mode)),
         ..BuildOptions::default()
     };
-    let asked: [Asked; 6] = [
+    let depth = Coverage {
+        depth: Some(Depth::new(DepthKind::Linear)),
+        ..Coverage::default()
+    };
+    let asked: [Asked; 8] = [
         ("tiled", of(&[Mode::Tiled])),
         ("list", of(&[Mode::List])),
         ("both", of(&[Mode::Tiled, Mode::List])),
@@ -320,6 +325,25 @@ pub(super) fn builds(lab: &Lab) -> Result<Vec<Row>, BenchError> {
             "both, 4x4",
             BuildOptions {
                 largest: Rate::R4X4,
+                ..of(&[Mode::Tiled, Mode::List])
+            },
+        ),
+        (
+            "both, shared by depth",
+            BuildOptions {
+                coverage: depth,
+                ..of(&[Mode::Tiled, Mode::List])
+            },
+        ),
+        // the same, its entries of lists of two words, and of all with linear depth in the spare bits
+        (
+            "both, shared by depth, which entries carry",
+            BuildOptions {
+                coverage: depth,
+                linear_depth: Some(LinearDepth {
+                    near: 0.1,
+                    far: 100.0,
+                }),
                 ..of(&[Mode::Tiled, Mode::List])
             },
         ),
@@ -334,6 +358,11 @@ pub(super) fn builds(lab: &Lab) -> Result<Vec<Row>, BenchError> {
         ),
     ];
     let size = bench.size;
+    let plane: Vec<f32> = (0..size[0] * size[1])
+        .map(|at| 1.0 / (0.02 + (at % size[0]) as f32 * 1e-5 + (at / size[0]) as f32 * 2e-5))
+        .collect();
+    let format = wgpu::TextureFormat::R32Float;
+    let plane = gpu.texture("depth", size, format, bytemuck::cast_slice(&plane));
     let mut rows = Vec::new();
     for (what, sri) in [
         ("random, 50 % primary", stage::random(size, 0.5, 0)),
@@ -344,7 +373,14 @@ pub(super) fn builds(lab: &Lab) -> Result<Vec<Row>, BenchError> {
         let mut views = Vec::new();
         for (name, options) in asked {
             let view = View::new(&gpu.device, &gpu.queue, [size[0], size[1], 1], options);
-            let view = view.map_err(own)?;
+            let mut view = view.map_err(own)?;
+            if options.coverage.depth.is_some() {
+                let textures = Textures {
+                    depth: Some(&plane),
+                    ..Textures::default()
+                };
+                view.cover(&gpu.queue, &textures).map_err(own)?;
+            }
             view.write_sri(&gpu.queue, &sri).map_err(own)?;
             views.push((name, view));
         }

@@ -105,7 +105,10 @@ impl Machinery {
         let views = (0..stage::VIEWS)
             .map(|seed| view(gpu, size, primaries, seed))
             .collect::<Result<Vec<View>, BenchError>>()?;
-        let options = deblock::Options::new(Picture::R32Uint(Packing::Rgba8Unorm));
+        let options = deblock::Options {
+            coverage: false,
+            ..deblock::Options::new(Picture::R32Uint(Packing::Rgba8Unorm))
+        };
         let deblocker = Deblocker::new(device, None, options).map_err(own)?;
         let count = copies(bench, u64::from(width) * u64::from(height) * 4);
         let pictures: Vec<wgpu::TextureView> = (0..count as u64)
@@ -155,7 +158,7 @@ impl Machinery {
     }
 
     fn deblock(&self, pass: &mut wgpu::ComputePass, round: usize) {
-        self.deblocker.record_in(pass, of(&self.deblocked, round));
+        by_construction(self.deblocker.record_in(pass, of(&self.deblocked, round)));
     }
 
     fn path(&self, pass: &mut wgpu::ComputePass, round: usize) {

@@ -1,8 +1,8 @@
 //! The coordinate builder on the CPU: the oracle in tests, and for whoever has no GPU at hand.
 
 use super::{
-    BuildOptions, CoordLayout, Entry, Header, ListEntry, RATES, effective, primary::Order,
-    rate_index, statistics::Statistics,
+    BuildOptions, CoordLayout, Entry, Header, LinearDepth, ListEntry, RATES, effective,
+    primary::Order, rate_index, statistics::Statistics,
 };
 use crate::{
     coverage::cpu::Samples,
@@ -36,6 +36,7 @@ pub struct Coordinates {
     pub order: Order,
     tiles: Vec<Tile>,
     effective: Vec<u8>,
+    linear: Vec<f32>,
 }
 
 /// A tile's groups.
@@ -72,6 +73,7 @@ pub fn build_frame(
     let mut words = vec![0; layout.words() as usize];
     let mut bytes = vec![0; SriLayout::new(extent[0], extent[1]).bytes() as usize];
     let mut tiles = Vec::with_capacity(layout.tile_count() as usize);
+    let linear = linear_depths(extent, options, frame);
     for tile in 0..layout.tile_count() {
         let at = [tile % layout.tiles[0], tile / layout.tiles[0]];
         let build = TileBuild {
@@ -91,7 +93,13 @@ pub fn build_frame(
         let start = (layout.entries + tile * layout.entries_per_tile) as usize;
         let entries = built.covered.iter().chain(&built.sky).take(stored);
         for (word, entry) in words[start..].iter_mut().zip(entries) {
-            *word = entry.0;
+            let at = (build.origin[1] + entry.y()) * extent[0] + build.origin[0] + entry.x();
+            *word = match linear.get(at as usize) {
+                Some(&share) => {
+                    entry.deep(build.origin, LinearDepth::code(share, LinearDepth::TILED))
+                }
+                None => entry.0,
+            };
         }
         tiles.push(built);
     }
@@ -103,6 +111,18 @@ pub fn build_frame(
         order: frame.order,
         tiles,
         effective: bytes,
+        linear,
+    }
+}
+
+/// The linear depth of each pixel, row by row, if entries carry it.
+fn linear_depths(extent: [u32; 2], options: &BuildOptions, frame: &Frame) -> Vec<f32> {
+    match (options.linear_depth, options.coverage.depth, frame.samples) {
+        (Some(linear), Some(depth), Some(samples)) => (0..extent[0] * extent[1])
+            .map(|at| samples.depth_at([at % extent[0], at / extent[0]]))
+            .map(|texel| linear.share(texel, depth.kind))
+            .collect(),
+        _ => Vec::new(),
     }
 }
 
@@ -409,6 +429,22 @@ impl Coordinates {
         &self.effective
     }
 
+    /// The linear depth of a pixel, 0 to 1, if entries [carry](BuildOptions::linear_depth) it.
+    pub fn linear_depth(&self, pixel: [u32; 2]) -> Option<f32> {
+        let at = pixel[1] * self.extent[0] + pixel[0];
+        self.linear.get(at as usize).copied()
+    }
+
+    /// The user's own bits of all tiles, as the lists and the graded buffer have them at their end; none if the options ask for none.
+    pub fn user_words(&self) -> Vec<u32> {
+        match self.options.user {
+            true => super::user_words(
+                (0..self.layout.tile_count()).map(|tile| self.header(tile).user()),
+            ),
+            false => Vec::new(),
+        }
+    }
+
     /// The graded buffer.
     pub fn graded(&self) -> Vec<u32> {
         let pitch = self.extent[0].div_ceil(2);
@@ -418,6 +454,7 @@ impl Coordinates {
             let byte = (member[1] & 1) * 2 + (member[0] & 1);
             words[at] |= grade(entry.mask()) << (byte * 8);
         });
+        words.extend(self.user_words());
         words
     }
 

@@ -18,6 +18,7 @@ use crate::{
     object::ObjectOptions,
     plan::PlannedPass,
     rate::Rate,
+    slots::Slots,
     sri::SriLayout,
 };
 
@@ -48,6 +49,10 @@ struct Params {
     normal_tolerance: u32,
     sky: u32,
     layers: u32,
+    linear_factor: f32,
+    linear_near: f32,
+    linear_share: f32,
+    padding: u32,
 }
 
 impl Params {
@@ -95,6 +100,15 @@ impl Params {
                 _ => 0,
             },
             layers: extent[2],
+            linear_factor: match (options.linear_depth, coverage.depth) {
+                (Some(linear), Some(depth)) => linear.factor(depth.kind),
+                _ => 0.0,
+            },
+            linear_near: options.linear_depth.map_or(0.0, |linear| linear.near),
+            linear_share: options
+                .linear_depth
+                .map_or(0.0, |linear| 1.0 / (linear.far - linear.near)),
+            padding: 0,
         }
     }
 }
@@ -131,9 +145,10 @@ struct Kernel {
 }
 
 /// The kernel, with its rooms. Groups within a quad are found in registers.
-pub(crate) const KERNEL: kernel::Source = shader!(
+const KERNEL: kernel::Source = shader!(
     "build.wgsl",
     "build/bindings.wgsl",
+    "build/memory.wgsl",
     "build/coverage.wgsl",
     "build/rates.wgsl",
     "build/order.wgsl",
@@ -141,6 +156,17 @@ pub(crate) const KERNEL: kernel::Source = shader!(
     "build/groups.wgsl",
     "build/lists.wgsl",
 );
+
+/// The kernel for what [`is_wordwise`].
+const WORDS_KERNEL: kernel::Source = shader!("build/words.wgsl", "build/bindings.wgsl");
+
+/// The kernel that builds with these options.
+pub(crate) fn kernel(options: &BuildOptions) -> kernel::Source {
+    match is_wordwise(options) {
+        true => WORDS_KERNEL,
+        false => KERNEL,
+    }
+}
 
 /// Whether no group is larger than a quad, and the tile's quads are the picture's.
 fn is_local(options: &BuildOptions) -> bool {
@@ -152,14 +178,14 @@ fn is_wordwise(options: &BuildOptions) -> bool {
     is_local(options) && options.coverage.is_empty() && options.tile[0].is_multiple_of(8)
 }
 
-/// How many tiles, beside one another, a workgroup builds: as many as make 256 invocations, or 128 with four quads each, and sixteen
-/// at most. Samples of coverage fill its memory with one.
+/// How many tiles, beside one another, a workgroup builds: as many as make 256 invocations, or 32 with four quads each (one wave, which is
+/// what a GPU likes best: see shaders/NOTES.md), and sixteen at most. Samples of coverage fill its memory with one.
 fn tiles_together(options: &BuildOptions) -> u32 {
     let [across, down] = options.quads();
     match (options.coverage.is_empty(), is_wordwise(options)) {
         (false, _) => 1,
         (true, false) => (256 / (across * down)).clamp(1, 16),
-        (true, true) => (128 * 4 / (across * down)).clamp(1, 16),
+        (true, true) => (32 * 4 / (across * down)).clamp(1, 16),
     }
 }
 
@@ -176,8 +202,6 @@ pub(crate) fn defs(options: &BuildOptions) -> Vec<(&'static str, u32)> {
         ("TILE_WIDTH", options.tile[0]),
         ("TILE_HEIGHT", options.tile[1]),
         ("TILES", tiles_together(options)),
-        ("PER", if is_wordwise(options) { 4 } else { 1 }),
-        ("FIELDS", if is_wordwise(options) { 4 } else { 8 }),
     ];
     let switches = [
         ("TILED", modes.tiled),
@@ -187,15 +211,14 @@ pub(crate) fn defs(options: &BuildOptions) -> Vec<(&'static str, u32)> {
         ("EFFECTIVE", options.effective),
         ("STATISTICS", options.statistics),
         ("USER", options.user),
+        ("LINEAR_DEPTH", options.linear_depth.is_some()),
         ("COUNTERS", has_counters(options)),
         ("ARGUMENTS", has_lists(options)),
         ("ODD", options.is_odd()),
         ("LOCAL", is_local(options)),
-        ("WORDWISE", is_wordwise(options)),
-        (
-            "SHARED_WORDS",
-            !is_wordwise(options) && options.tile[0].is_multiple_of(8),
-        ),
+        ("SHARED_WORDS", options.tile[0].is_multiple_of(8)),
+        ("STORED", modes.tiled || modes.list || modes.classified),
+        ("BY_TILE", modes.tiled || modes.classified),
         (
             "ONE_PLANE",
             coverage.normals.is_some() && coverage.depth.is_some(),
@@ -210,7 +233,7 @@ pub(crate) fn defs(options: &BuildOptions) -> Vec<(&'static str, u32)> {
 pub(crate) fn planned(options: &BuildOptions) -> Vec<PlannedPass> {
     let defs = defs(options);
     let finish = has_counters(options).then_some(shader!("finish.wgsl"));
-    [KERNEL]
+    [kernel(options)]
         .into_iter()
         .chain(finish)
         .map(|source| kernel::planned(source, &defs))
@@ -224,55 +247,6 @@ pub struct BoundBuilder {
     group: wgpu::BindGroup,
     finish: Option<(Slots, wgpu::BindGroup)>,
     sample: [u32; 3],
-}
-
-/// A kernel's parameters for every [order](Order::code) of primaries, one after another, so that primaries rotate by a dynamic offset and
-/// nothing is uploaded for it.
-#[derive(Debug)]
-struct Slots {
-    buffer: wgpu::Buffer,
-    /// Bytes of one.
-    size: u64,
-    /// Bytes from one to the next.
-    stride: u32,
-}
-
-impl Slots {
-    fn new(device: &wgpu::Device, size: usize, label: &str) -> Slots {
-        let alignment = device.limits().min_uniform_buffer_offset_alignment;
-        let stride = (size as u32).next_multiple_of(alignment.max(16));
-        let buffer = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some(label),
-            size: u64::from(stride) * Order::CODES as u64,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        Slots {
-            buffer,
-            size: size as u64,
-            stride,
-        }
-    }
-
-    fn binding(&self) -> wgpu::BindingResource<'_> {
-        wgpu::BindingResource::Buffer(wgpu::BufferBinding {
-            buffer: &self.buffer,
-            offset: 0,
-            size: wgpu::BufferSize::new(self.size),
-        })
-    }
-
-    fn write<P: Pod>(&self, queue: &wgpu::Queue, of: impl Fn(Order) -> P) {
-        for order in Order::all() {
-            let params = of(order);
-            let at = u64::from(self.offset(order));
-            queue.write_buffer(&self.buffer, at, bytemuck::bytes_of(&params));
-        }
-    }
-
-    fn offset(&self, order: Order) -> u32 {
-        order.code() * self.stride
-    }
 }
 
 impl Builder {
@@ -318,7 +292,7 @@ impl Builder {
         Ok(Builder {
             options,
             label: objects.name("build"),
-            build: kernel(KERNEL, "build", &build)?,
+            build: kernel(self::kernel(&options), "build", &build)?,
             finish: match has_counters(&options) {
                 true => Some(kernel(shader!("finish.wgsl"), "finish", &finish)?),
                 false => None,

@@ -42,6 +42,12 @@
 //! | from [`CLASSIFIED_HEADER`] on | for each rate, room for all tiles' numbers, those of sky from the end downwards |
 //! | then | the entries of mixed tiles, as in the list |
 //!
+//! With [linear depth](BuildOptions::linear_depth) it has two words, the second with the depth in its high half; an entry of a tile is then
+//! [packed](Entry::deep) more tightly.
+//!
+//! If there are [bits of the user's own](BuildOptions::user), those of all tiles follow the room for entries, in the list too,
+//! [eight tiles to a word](user_words); in the graded buffer they follow the quads. The tiled buffer has them in its headers.
+//!
 //! # The graded buffer
 //!
 //! One word for each quad, one byte for each of its pixels: in the low half how many pixels share with it, in the high half
@@ -86,7 +92,12 @@ pub struct BuildOptions {
     pub effective: bool,
     /// Whether statistics are counted.
     pub statistics: bool,
-    /// Whether tiles carry [bits of the user's own](Header::user), such as that fog covers them.
+    /// Whether entries carry the linear depth of their primaries in their spare bits, and between which planes (slides: "utilise 21 spare bits
+    /// for linearZ"). Needs depth among the coverage, groups of at most 2×2, tiles with sides of at most 16 and even. A list's entries then
+    /// have two words. A pass over the view has to be rewritten [for it](vrcs_passes::Options::linear_depth).
+    pub linear_depth: Option<LinearDepth>,
+    /// Whether tiles carry [bits of the user's own](Header::user), such as that fog covers them. A shader that declares `fn vrcs_user() -> u32
+    /// { return 0u; }` is [told](vrcs_passes::graded) its tile's, in every mode.
     pub user: bool,
 }
 
@@ -101,8 +112,62 @@ impl Default for BuildOptions {
             coverage: Coverage::default(),
             effective: false,
             statistics: false,
+            linear_depth: None,
             user: false,
         }
+    }
+}
+
+/// The planes between which [linear depth](BuildOptions::linear_depth) is counted, as distances: 0 < near < far. What is nearer or
+/// farther is 0 or 1; sky and what is no depth is 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LinearDepth {
+    /// Where it is 0. With [`DepthKind::Reversed`](crate::coverage::DepthKind::Reversed) it is also the near plane of the depth texture.
+    pub near: f32,
+    /// Where it is 1.
+    pub far: f32,
+}
+
+impl LinearDepth {
+    /// The most that an entry of a tile says: 20 bits.
+    pub const TILED: u32 = (1 << 20) - 1;
+    /// The most that an entry of a list says: 16 bits.
+    pub const LISTED: u32 = (1 << 16) - 1;
+
+    /// What makes a distance of a value that is proportional to inverse depth, as [`DepthKind`](crate::coverage::DepthKind) gives it: the
+    /// distance is this over the value. Nothing for depth that is linear already.
+    pub(crate) fn factor(self, kind: crate::coverage::DepthKind) -> f32 {
+        use crate::coverage::DepthKind;
+        match kind {
+            DepthKind::Linear => 0.0,
+            DepthKind::Reversed => self.near,
+            DepthKind::ReversedFinite { near, far } | DepthKind::Standard { near, far } => {
+                far * near / (far - near)
+            }
+        }
+    }
+
+    /// A texel as a share of the way from near to far, 0 to 1.
+    pub fn share(self, texel: f32, kind: crate::coverage::DepthKind) -> f32 {
+        let distance = match kind.to_inverse() {
+            None => texel,
+            Some([scale, bias]) => self.factor(kind) / (texel * scale + bias),
+        };
+        // what lies behind the viewer, or is no number, is far
+        match distance > 0.0 {
+            true => ((distance - self.near) * (1.0 / (self.far - self.near))).clamp(0.0, 1.0),
+            false => 1.0,
+        }
+    }
+
+    /// A share in whole steps of which there are `most`, to the nearest.
+    pub fn code(share: f32, most: u32) -> u32 {
+        (share * most as f32 + 0.5) as u32
+    }
+
+    /// What a code says: the shader's `vrcs_depth()`.
+    pub fn decode(code: u32, most: u32) -> f32 {
+        code as f32 / most as f32
     }
 }
 
@@ -284,25 +349,32 @@ pub struct ListLayout {
     pub graded_pitch: u32,
     /// Rows of the graded buffer.
     pub graded_rows: u32,
+    /// Words of the user's own bits, which follow what the buffer has else.
+    pub user_words: u32,
 }
 
 impl ListLayout {
     /// The layout for a logical extent, in pixels.
     pub fn new(extent: [u32; 2], options: &BuildOptions) -> ListLayout {
         let is_quad = options.largest.is_within(Rate::R2X2)
-            && extent.iter().all(|side| *side <= QUAD_LIST_SIDE);
+            && extent.iter().all(|side| *side <= QUAD_LIST_SIDE)
+            && options.linear_depth.is_none();
         ListLayout {
             stride: if is_quad { 1 } else { 2 },
             capacity: extent[0].saturating_mul(extent[1]),
             tiles: CoordLayout::new(extent, options).tile_count(),
             graded_pitch: extent[0].div_ceil(2),
             graded_rows: extent[1].div_ceil(2),
+            user_words: match options.user {
+                true => CoordLayout::new(extent, options).tile_count().div_ceil(8),
+                false => 0,
+            },
         }
     }
 
     /// The bytes of the list.
     pub fn list_bytes(&self) -> u64 {
-        4 * (u64::from(LIST_HEADER) + u64::from(self.capacity) * u64::from(self.stride))
+        4 * (u64::from(LIST_HEADER) + self.entry_words() + u64::from(self.user_words))
     }
 
     /// The word at which the entries of mixed tiles start among the classified lists.
@@ -312,12 +384,21 @@ impl ListLayout {
 
     /// The bytes of the classified lists.
     pub fn classified_bytes(&self) -> u64 {
-        4 * (u64::from(self.mixed()) + u64::from(self.capacity) * u64::from(self.stride))
+        4 * (u64::from(self.mixed()) + self.entry_words() + u64::from(self.user_words))
+    }
+
+    fn entry_words(&self) -> u64 {
+        u64::from(self.capacity) * u64::from(self.stride)
+    }
+
+    /// The words of the quads in the graded buffer.
+    pub fn graded_words(&self) -> u32 {
+        self.graded_pitch * self.graded_rows.max(1)
     }
 
     /// The bytes of the graded buffer.
     pub fn graded_bytes(&self) -> u64 {
-        4 * u64::from(self.graded_pitch) * u64::from(self.graded_rows.max(1))
+        4 * (u64::from(self.graded_words()) + u64::from(self.user_words))
     }
 }
 
@@ -409,7 +490,8 @@ pub fn user_words(bits: impl IntoIterator<Item = u32>) -> Vec<u32> {
     words
 }
 
-/// A group: its primary's place in the tile, and its members.
+/// A group: its primary's place in the tile, and its members. Where entries carry linear depth, the word of the buffer is
+/// [another](Entry::deep).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Entry(pub u32);
 
@@ -418,6 +500,23 @@ impl Entry {
     pub fn new(x: u32, y: u32, mask: u32) -> Entry {
         debug_assert!(x < 256 && y < 256 && mask < 0x1_0000);
         Entry(x | y << 8 | mask << 16)
+    }
+
+    /// The word of an entry that carries linear depth, of a tile with this first pixel: x in bits 0–3, y in 4–7, the members of the quad
+    /// in 8–11, depth in the rest.
+    pub fn deep(self, origin: [u32; 2], depth: u32) -> u32 {
+        let [x, y] = [origin[0] + self.x(), origin[1] + self.y()];
+        let quad = self.mask() >> ((x & 2) + (y & 2) * 4);
+        let members = quad & 3 | (quad >> 4 & 3) << 2;
+        self.x() | self.y() << 4 | members << 8 | depth << 12
+    }
+
+    /// Reads such a word: the entry, and the depth's code.
+    pub fn read_deep(origin: [u32; 2], word: u32) -> (Entry, u32) {
+        let (x, y, quad) = (word & 15, word >> 4 & 15, word >> 8 & 15);
+        let place = ((origin[0] + x) & 2) + ((origin[1] + y) & 2) * 4;
+        let mask = (quad & 3 | (quad & 12) << 2) << place;
+        (Entry::new(x, y, mask), word >> 12)
     }
 
     /// The primary's column in the tile.
@@ -467,9 +566,10 @@ impl ListEntry {
                 let mask = (quad & 3 | (quad & 12) << 2) << ((pixel[0] & 2) + (pixel[1] & 2) * 4);
                 ListEntry { pixel, mask }
             }
+            // the high half may carry linear depth
             [place, mask, ..] => ListEntry {
                 pixel: [place & 0xffff, place >> 16],
-                mask,
+                mask: mask & 0xffff,
             },
             [] => ListEntry {
                 pixel: [0; 2],

@@ -85,6 +85,18 @@ impl Statistics {
         self.waves_retired as f64 / self.waves.max(1) as f64
     }
 
+    /// The shares of tiles by class, 0 to 1: those in which every pixel is its own primary, those of one rate throughout, all others (which
+    /// sum up to 1); and of all of them those of sky throughout.
+    pub fn class_shares(&self) -> [f64; 4] {
+        [
+            self.identity_tiles,
+            self.uniform_tiles,
+            self.mixed_tiles,
+            self.sky_tiles,
+        ]
+        .map(|tiles| tiles as f64 / self.groups.max(1) as f64)
+    }
+
     /// The share of pixels at a rate, 0 to 1.
     pub fn share_at(&self, rate: crate::Rate) -> f64 {
         self.pixels_at[super::rate_index(rate)] as f64 / self.pixels.max(1) as f64

@@ -14,7 +14,7 @@ use super::{
     session::{Case, Session, Stop, shape_of, to_words, validated},
 };
 use crate::{
-    build::{BuildOptions, Modes},
+    build::{BuildOptions, LinearDepth, Modes},
     coverage::Coverage,
     view::Params,
 };
@@ -153,6 +153,11 @@ impl Session<'_> {
         self.rewritten.manifest.entries[0].mode
     }
 
+    /// Whether the shader asks for the user's own bits of its tile.
+    pub(super) fn asks_user(&self) -> bool {
+        self.rewritten.manifest.entries[0].user
+    }
+
     pub(super) fn build_options(&self, full_tiles: FullTiles, coverage: Coverage) -> BuildOptions {
         BuildOptions {
             tile: self.tile,
@@ -161,6 +166,13 @@ impl Session<'_> {
             largest: self.job.largest(),
             modes: Modes::NONE.with(self.mode()),
             coverage,
+            user: self.asks_user(),
+            linear_depth: self.rewritten.manifest.entries[0]
+                .linear_depth
+                .then_some(LinearDepth {
+                    near: 1.0,
+                    far: 4.0,
+                }),
             ..BuildOptions::default()
         }
         .for_tile(self.tile)

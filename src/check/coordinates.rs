@@ -7,7 +7,7 @@ use vrcs_passes::options::{Mode, Sky};
 use super::gpu::{Gpu, GpuError};
 use crate::{
     build::{
-        CLASSIFIED_HEADER, Entry, LIST_HEADER, ListEntry, ListLayout, RATES,
+        CLASSIFIED_HEADER, Entry, LIST_HEADER, LinearDepth, ListEntry, ListLayout, RATES,
         cpu::Coordinates,
         gpu::{Buffers, Builder},
         statistics::Statistics,
@@ -34,7 +34,8 @@ pub fn words(
             let lists = coordinates.list();
             let counts = [0, 1].map(|i| lists[i].len() as u32);
             let mut words = leftovers(layout.list_bytes(), coordinates.extent, rng);
-            put_entries(&mut words, LIST_HEADER, &layout, lists, rng);
+            put_entries(&mut words, LIST_HEADER, coordinates, lists, rng);
+            put_user(&mut words, coordinates);
             let area = coordinates.options.area();
             let rows = [counts[0], counts[0] + counts[1]].map(|n| grid(n.div_ceil(area), rng));
             words[..4].copy_from_slice(&[counts[0], counts[1], rows[0][0], rows[1][0]]);
@@ -80,17 +81,23 @@ fn leftovers(bytes: u64, extent: [u32; 2], rng: &mut Rng) -> Vec<u32> {
 fn put_entries(
     words: &mut [u32],
     start: u32,
-    layout: &ListLayout,
+    coordinates: &Coordinates,
     [mut covered, mut sky]: [Vec<ListEntry>; 2],
     rng: &mut Rng,
 ) {
+    let layout = ListLayout::new(coordinates.extent, &coordinates.options);
     rng.shuffle(&mut covered);
     rng.shuffle(&mut sky);
     let mut put = |place: u32, entry: ListEntry| {
         let at = (start + place * layout.stride) as usize;
         match layout.stride {
             1 => words[at] = entry.quad(),
-            _ => words[at..at + 2].copy_from_slice(&entry.block()),
+            _ => {
+                let [place, mask] = entry.block();
+                let depth = coordinates.linear_depth(entry.pixel);
+                let depth = depth.map_or(0, |share| LinearDepth::code(share, LinearDepth::LISTED));
+                words[at..at + 2].copy_from_slice(&[place, mask | depth << 16]);
+            }
         }
     };
     for (place, entry) in (0..).zip(covered) {
@@ -99,6 +106,13 @@ fn put_entries(
     for (place, entry) in (0..).zip(sky) {
         put(layout.capacity - 1 - place, entry);
     }
+}
+
+/// The user's own bits of all tiles, which follow everything else.
+fn put_user(words: &mut [u32], coordinates: &Coordinates) {
+    let user = coordinates.user_words();
+    let start = words.len() - user.len();
+    words[start..].copy_from_slice(&user);
 }
 
 fn classified(coordinates: &Coordinates, sky: Sky, rng: &mut Rng) -> (Vec<u32>, [u32; 2]) {
@@ -131,7 +145,8 @@ fn classified(coordinates: &Coordinates, sky: Sky, rng: &mut Rng) -> (Vec<u32>, 
     words[16] = rows[0][0];
     words[17] = rows[1][0];
     words[18] = coordinates.order.code();
-    put_entries(&mut words, layout.mixed(), &layout, lists.mixed, rng);
+    put_entries(&mut words, layout.mixed(), coordinates, lists.mixed, rng);
+    put_user(&mut words, coordinates);
     (words, rows[usize::from(sky == Sky::Shade)])
 }
 
@@ -313,8 +328,9 @@ pub fn compare(twin: &Coordinates, built: &Built) -> Result<(), Difference> {
     }
     if options.modes.list {
         let counts = [0, 1].map(|i| built.list[i]);
-        let got = read_entries(&built.list, LIST_HEADER, &layout, counts)?;
+        let got = read_entries(twin, &built.list, LIST_HEADER, counts)?;
         compare_lists("list", twin.list(), got)?;
+        compare_user("list", twin, &built.list)?;
         let groups = [counts[0], counts[0] + counts[1]].map(|n| n.div_ceil(options.area()));
         compare_arguments(
             &built.arguments[..6],
@@ -324,6 +340,7 @@ pub fn compare(twin: &Coordinates, built: &Built) -> Result<(), Difference> {
     }
     if options.modes.classified {
         compare_classified(twin, &layout, built)?;
+        compare_user("classified lists", twin, &built.classified)?;
     }
     if options.modes.graded {
         for (at, (wanted, got)) in twin.graded().iter().zip(&built.graded).enumerate() {
@@ -352,6 +369,12 @@ pub fn compare(twin: &Coordinates, built: &Built) -> Result<(), Difference> {
     Ok(())
 }
 
+fn compare_user(name: &str, twin: &Coordinates, got: &[u32]) -> Result<(), Difference> {
+    let wanted = twin.user_words();
+    let got = &got[got.len() - wanted.len()..];
+    differ(|| format!("{name}: the user's bits"), &wanted[..], got)
+}
+
 fn compare_tiled(twin: &Coordinates, got: &[u32]) -> Result<(), Difference> {
     for tile in 0..twin.layout.tile_count() {
         let header = twin.header(tile);
@@ -362,11 +385,18 @@ fn compare_tiled(twin: &Coordinates, got: &[u32]) -> Result<(), Difference> {
         )?;
         let start = (twin.layout.entries + tile * twin.layout.entries_per_tile) as usize;
         let used = start + header.stored() as usize;
-        differ(
-            || format!("entries of tile {tile}"),
-            &twin.words[start..used],
-            &got[start..used],
-        )?;
+        let wanted = &twin.words[start..used];
+        let with_depth = |(wanted, got): (&u32, &u32)| match twin.options.linear_depth {
+            // the distance is a quotient, which drivers round as they like: one step of depth
+            Some(_) if (wanted >> 12).abs_diff(got >> 12) <= 1 => wanted & !0xfff | got & 0xfff,
+            _ => *got,
+        };
+        let found: Vec<u32> = wanted
+            .iter()
+            .zip(&got[start..used])
+            .map(with_depth)
+            .collect();
+        differ(|| format!("entries of tile {tile}"), wanted, &found[..])?;
         let unused = &got[used..start + twin.layout.entries_per_tile as usize];
         if let Some(word) = unused.iter().find(|word| **word != 0xa5a5_a5a5) {
             differ(|| format!("beyond tile {tile}"), 0xa5a5_a5a5, *word)?;
@@ -376,25 +406,33 @@ fn compare_tiled(twin: &Coordinates, got: &[u32]) -> Result<(), Difference> {
 }
 
 fn read_entries(
+    twin: &Coordinates,
     words: &[u32],
     start: u32,
-    layout: &ListLayout,
     counts: [u32; 2],
 ) -> Result<[Vec<ListEntry>; 2], Difference> {
+    let layout = ListLayout::new(twin.extent, &twin.options);
     let all = u64::from(counts[0]) + u64::from(counts[1]);
     if all > u64::from(layout.capacity) {
         differ(|| "entries".to_owned(), u64::from(layout.capacity), all)?;
     }
     let read = |place: u32| {
         let at = (start + place * layout.stride) as usize;
-        ListEntry::read(&words[at..at + layout.stride as usize])
+        let entry = ListEntry::read(&words[at..at + layout.stride as usize]);
+        if let Some(share) = twin.linear_depth(entry.pixel) {
+            let wanted = LinearDepth::code(share, LinearDepth::LISTED);
+            let got = words[at + 1] >> 16;
+            if wanted.abs_diff(got) > 1 {
+                differ(|| format!("depth of {:?}", entry.pixel), wanted, got)?;
+            }
+        }
+        Ok(entry)
     };
-    Ok([
-        (0..counts[0]).map(read).collect(),
-        (0..counts[1])
-            .map(|place| read(layout.capacity - 1 - place))
-            .collect(),
-    ])
+    let covered: Result<_, Difference> = (0..counts[0]).map(read).collect();
+    let sky: Result<_, Difference> = (0..counts[1])
+        .map(|place| read(layout.capacity - 1 - place))
+        .collect();
+    Ok([covered?, sky?])
 }
 
 fn compare_lists(
@@ -474,7 +512,7 @@ fn compare_classified(
     let area = twin.options.area();
     groups[0] += counts[0].div_ceil(area);
     groups[1] += (counts[0] + counts[1]).div_ceil(area);
-    let entries = read_entries(got, layout.mixed(), layout, counts)?;
+    let entries = read_entries(twin, got, layout.mixed(), counts)?;
     compare_lists("mixed tiles", wanted.mixed, entries)?;
     differ(|| "phase".to_owned(), twin.order.code(), got[18])?;
     compare_arguments(&built.arguments[6..12], groups, [got[16], got[17]])

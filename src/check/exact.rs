@@ -88,6 +88,9 @@ fn binding_map(bindings: &BTreeSet<(u32, u32)>) -> spv::BindingMap {
 
 const HEADER: usize = 5;
 const OP_EXT_INST: u32 = 12;
+const OP_TYPE_FLOAT: u32 = 22;
+const OP_TYPE_VECTOR: u32 = 23;
+const OP_F_DIV: u32 = 136;
 const OP_DECORATE: u32 = 71;
 const NO_CONTRACTION: u32 = 42;
 
@@ -99,9 +102,12 @@ fn is_float_arithmetic(opcode: u32) -> bool {
     )
 }
 
-/// Decorates every float operation `NoContraction`.
+/// Decorates every float operation `NoContraction`, but divisions of halves: a quotient has nothing to be contracted with that another
+/// operation's decoration does not forbid, and where one is decorated NVIDIA's driver (580.159.04, Vulkan, H100 and H200) writes into another
+/// value of the program: `vec4(f32(f16(x) / 3.0h), x, y, 0.0)` gave the `y` of another pixel.
 fn decorated(words: &[u32]) -> Vec<u32> {
     let mut decorations = Vec::new();
+    let mut halves = BTreeSet::new();
     // decorations come right before the first type
     let mut types = words.len();
     let mut at = HEADER;
@@ -110,7 +116,17 @@ fn decorated(words: &[u32]) -> Vec<u32> {
         if (19..=39).contains(&opcode) {
             types = types.min(at);
         }
-        if is_float_arithmetic(opcode) {
+        match (opcode, words.get(at + 2)) {
+            (OP_TYPE_FLOAT, Some(16)) => {
+                halves.insert(words[at + 1]);
+            }
+            (OP_TYPE_VECTOR, Some(of)) if halves.contains(of) => {
+                halves.insert(words[at + 1]);
+            }
+            _ => {}
+        }
+        let is_quotient_of_halves = opcode == OP_F_DIV && halves.contains(&words[at + 1]);
+        if is_float_arithmetic(opcode) && !is_quotient_of_halves {
             decorations.extend([3 << 16 | OP_DECORATE, words[at + 2], NO_CONTRACTION]);
         }
         at += length;

@@ -1,12 +1,14 @@
-//! Checks shaders that ask `vrcs_copies()` and `vrcs_rate()`.
+//! Checks shaders that ask `vrcs_copies()`, `vrcs_rate()` and `vrcs_user()`.
 //!
 //! The original's stubs say that nothing is shared, so what it does is no reference for a pixel that shares. *Does*: runs the
 //! original with stubs that give constants, once for each answer that occurs in a case; and puts together, invocation by
 //! invocation, what each does with the answer that is due to it. In the copying modes that is the smallest aligned block that holds
-//! its group, confined to the extent and the domain; in graded mode also the number of the others.
+//! its group, confined to the extent and the domain; in graded mode also the number of the others. The user's own bits are made up
+//! for each tile; a shader may leave by them.
 //!
 //! *Guarantees*: the answers come from the effective map of the CPU twin, never from the prelude or the buffers that it reads.
-//! *Refuses* (inconclusive): a shader that stores at all or not by what it is told, or where data tells which pixels store.
+//! *Refuses* (inconclusive): a shader that stores at all or not by what it is told of its group, or where data tells which pixels
+//! store.
 
 use std::collections::BTreeMap;
 
@@ -19,7 +21,7 @@ use vrcs_passes::{
 use super::{
     compare::{Group, Original},
     learn::Set,
-    reference::{AddressBook, Log, units},
+    reference::{AddressBook, Log, position, units},
     run::{Outputs, Program},
     session::{Case, Session, Stop, inconclusive, shape_of, to_words, validated},
 };
@@ -45,17 +47,21 @@ impl Asked {
 
 impl Session<'_> {
     /// For each invocation, the answer that is due to it in a case.
-    pub(super) fn answers(
-        &self,
-        original: &Original,
-        groups: &[Group],
-    ) -> Result<Vec<Given>, Stop> {
+    fn answers(&self, original: &Original, case: &Case) -> Result<Vec<Given>, Stop> {
         let grid = original.log.grid();
         let at = |[x, y]: [u32; 2], z: u32| ((z * grid[1] + y) * grid[0] + x) as usize;
-        let mut answers = vec![Given::NOTHING; original.log.invocations()];
+        // what lies in no group may run for itself, in its own tile
+        let alone = |invocation: usize| {
+            let [x, y, _] = position(invocation, grid);
+            match x < case.extent[0] && y < case.extent[1] {
+                true => Given::of_user(case.user_at([x, y])),
+                false => Given::NOTHING,
+            }
+        };
+        let mut answers: Vec<Given> = (0..original.log.invocations()).map(alone).collect();
         let is_graded = self.mode() == Mode::Graded;
         for z in 0..grid[2] {
-            for group in groups {
+            for group in &case.groups {
                 let stores = |member: &[u32; 2]| original.stores_ever[at(*member, z)];
                 let is_asked = is_graded || group.members.len() == 1;
                 if !is_asked && original.depends_on_data && !group.members.iter().all(stores) {
@@ -73,6 +79,7 @@ impl Session<'_> {
                         false => 0,
                     },
                     rate: [0, 1].map(|axis| block(members.iter().map(|member| member[axis]))),
+                    user: case.user_at(group.primary),
                 };
                 for member in members {
                     answers[at(member, z)] = given;
@@ -90,7 +97,9 @@ impl Session<'_> {
         set: &mut Set,
         case: &mut Case,
     ) -> Result<Original, Stop> {
-        case.answers = self.answers(&set.original, &case.groups)?;
+        let plain = set.original.clone();
+        self.heed_tiles(asked, set, case)?;
+        case.answers = self.answers(&set.original, case)?;
         let mut wanted = case.answers.clone();
         wanted.sort_unstable();
         wanted.dedup();
@@ -98,17 +107,20 @@ impl Session<'_> {
             if given == Given::NOTHING || set.answered.contains_key(&given) {
                 continue;
             }
-            let answered = self.run_with(asked, set, given)?;
-            let is_same = (0..answered.log.invocations())
-                .all(|i| answered.log.of(i).is_empty() == set.original.log.of(i).is_empty());
+            self.note_answer(asked, set, given)?;
+            // a tile's bits are the same for a whole group, so a shader may store or not by them
+            let answered = &set.answered[&given].log;
+            let alone = match given.user {
+                0 => &set.original.log,
+                user => &set.answered[&Given::of_user(user)].log,
+            };
+            let is_same = (0..answered.invocations())
+                .all(|i| answered.of(i).is_empty() == alone.of(i).is_empty());
             if !is_same {
                 return Err(inconclusive(
                     "whether a pixel stores depends on what it is told that it shares",
                 ));
             }
-            set.logs.push(answered.log.clone());
-            set.original.book = AddressBook::new(&set.logs, &set.textures);
-            set.answered.insert(given, answered);
         }
         let together = together(set, &case.answers);
         if together.log.race(&together.sites).is_some() {
@@ -120,7 +132,41 @@ impl Session<'_> {
         if self.mode() == Mode::Graded {
             case.groups = case.groups.iter().flat_map(Group::apart).collect();
         }
-        Ok(std::mem::replace(&mut set.original, together))
+        set.original = together;
+        Ok(Original {
+            book: set.original.book.clone(),
+            ..plain
+        })
+    }
+
+    /// Learns what the original does alone in tiles with the bits of a case, and which pixels store there.
+    fn heed_tiles(&self, asked: &mut Asked, set: &mut Set, case: &Case) -> Result<(), Stop> {
+        let [across, down, layers] = set.original.log.grid();
+        for y in 0..case.extent[1].min(down) {
+            for x in 0..case.extent[0].min(across) {
+                let given = Given::of_user(case.user_at([x, y]));
+                if given == Given::NOTHING {
+                    continue;
+                }
+                if !set.answered.contains_key(&given) {
+                    self.note_answer(asked, set, given)?;
+                }
+                for z in 0..layers {
+                    let at = ((z * down + y) * across + x) as usize;
+                    set.original.stores_ever[at] |= !set.answered[&given].log.of(at).is_empty();
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Runs the original with a constant answer and notes what it did.
+    fn note_answer(&self, asked: &mut Asked, set: &mut Set, given: Given) -> Result<(), Stop> {
+        let answered = self.run_with(asked, set, given)?;
+        set.logs.push(answered.log.clone());
+        set.original.book = AddressBook::new(&set.logs, &set.textures);
+        set.answered.insert(given, answered);
+        Ok(())
     }
 
     /// Runs the original with a constant answer.
@@ -184,10 +230,15 @@ fn together(set: &Set, answers: &[Given]) -> Original {
             if stored.place == instrument::OUTSIDE || site.atomic.is_some() {
                 continue;
             }
-            // what runs for every pixel shares nothing
-            if together.policies[output] == Policy::Full {
-                continue;
-            }
+            // what runs for every pixel shares nothing, in whatever tile
+            let answered = match (together.policies[output], given.user) {
+                (Policy::Full, 0) => continue,
+                (Policy::Full, user) => match set.answered.get(&Given::of_user(user)) {
+                    Some(alone) => alone,
+                    None => continue,
+                },
+                _ => answered,
+            };
             let of = units(site, stored.place);
             let unit = together.unit(output);
             let bytes = of.start as usize * unit..of.end as usize * unit;

@@ -110,7 +110,17 @@ impl Gpu {
     /// # Errors
     /// If there is no such adapter, or it gives no device.
     pub fn open(wanted: Option<&str>) -> Result<Gpu, GpuError> {
-        Gpu::open_with(wanted, flags())
+        Gpu::open_with(wanted, flags(), wanted_features())
+    }
+
+    /// The same, where shaders are compiled as wgpu's users have them: the driver takes no SPIR-V of ours, so that float arithmetic is
+    /// left to what its compiler makes of it.
+    ///
+    /// # Errors
+    /// If there is no such adapter, or it gives no device.
+    pub fn open_as_compiled(wanted: Option<&str>) -> Result<Gpu, GpuError> {
+        let features = wanted_features() - wgpu::Features::PASSTHROUGH_SHADERS;
+        Gpu::open_with(wanted, flags(), features)
     }
 
     /// The same, where wgpu validates the arguments of indirect dispatches, as it does by default.
@@ -121,6 +131,7 @@ impl Gpu {
         Gpu::open_with(
             wanted,
             flags() | wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL,
+            wanted_features(),
         )
     }
 
@@ -130,7 +141,11 @@ impl Gpu {
             .contains(wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL)
     }
 
-    fn open_with(wanted: Option<&str>, flags: wgpu::InstanceFlags) -> Result<Gpu, GpuError> {
+    fn open_with(
+        wanted: Option<&str>,
+        flags: wgpu::InstanceFlags,
+        features: wgpu::Features,
+    ) -> Result<Gpu, GpuError> {
         let adapters = adapters_with(flags);
         if adapters.is_empty() {
             return Err(GpuError::NoDriver);
@@ -151,14 +166,18 @@ impl Gpu {
                 .find(|a| a.get_info().device_type != wgpu::DeviceType::Cpu)
                 .unwrap_or(&adapters[0]),
         };
-        Gpu::from_adapter(adapter, flags)
+        Gpu::from_adapter(adapter, flags, features)
     }
 
-    fn from_adapter(adapter: &wgpu::Adapter, flags: wgpu::InstanceFlags) -> Result<Gpu, GpuError> {
+    fn from_adapter(
+        adapter: &wgpu::Adapter,
+        flags: wgpu::InstanceFlags,
+        features: wgpu::Features,
+    ) -> Result<Gpu, GpuError> {
         let info = adapter.get_info();
         let request = adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("vrcs"),
-            required_features: adapter.features() & wanted_features(),
+            required_features: adapter.features() & features,
             required_limits: adapter.limits(),
             ..wgpu::DeviceDescriptor::default()
         });
@@ -293,11 +312,11 @@ impl Gpu {
             picture.size(),
         );
         let bytes = self.submit_and_read(encoder, &[&buffer])?;
-        Ok(bytes[0]
-            .chunks(pitch as usize)
-            .flat_map(|padded| &padded[..row as usize])
-            .copied()
-            .collect())
+        let mut pixels = Vec::with_capacity(row as usize * picture.height() as usize);
+        for padded in bytes[0].chunks(pitch as usize) {
+            pixels.extend_from_slice(&padded[..row as usize]);
+        }
+        Ok(pixels)
     }
 
     /// Submits commands and reads buffers back, whole.

@@ -52,8 +52,13 @@ pub enum InputError {
         why: String,
     },
     /// A name that was set does not occur in the shader.
-    #[error("the shader has nothing called `{0}`")]
-    Unknown(String),
+    #[error("the shader has nothing called `{name}`{instead}")]
+    Unknown {
+        /// The name.
+        name: String,
+        /// What it has instead, for the message.
+        instead: String,
+    },
 }
 
 /// A resource, made up.
@@ -259,12 +264,37 @@ impl<'m> Maker<'m> {
         for name in self.settings.set.keys() {
             let last = name.rsplit('.').next().unwrap_or(name);
             if !is_global(name) && !is_member(last) && !is_override(name) {
-                return Err(InputError::Unknown(name.clone()));
+                return Err(self.unknown(name));
             }
         }
         match self.settings.files.keys().find(|name| !is_global(name)) {
-            Some(name) => Err(InputError::Unknown(name.clone())),
+            Some(name) => Err(self.unknown(name)),
             None => Ok(()),
+        }
+    }
+
+    /// A name that does not occur, and what does: what is nearest, or all.
+    fn unknown(&self, name: &str) -> InputError {
+        let module = self.module;
+        let mut names = Vec::new();
+        for (_, global) in module.global_variables.iter() {
+            let Some(name) = &global.name else { continue };
+            if let TypeInner::Struct { members, .. } = &module.types[global.ty].inner {
+                let members = members.iter().filter_map(|member| member.name.as_ref());
+                names.extend(members.map(|member| format!("{name}.{member}")));
+            }
+            names.push(name.clone());
+        }
+        names.extend(module.overrides.iter().filter_map(|(_, o)| o.name.clone()));
+        let known = names.iter().map(String::as_str);
+        let instead = match vrcs_passes::near::nearest(name, known.clone()) {
+            Some(near) => format!("; did you mean `{near}`?"),
+            None if names.is_empty() => String::new(),
+            None => format!("; it has {}", vrcs_passes::near::list(known)),
+        };
+        InputError::Unknown {
+            name: name.to_owned(),
+            instead,
         }
     }
 
@@ -353,7 +383,7 @@ impl<'m> Maker<'m> {
         if let Some(path) = self.settings.files.get(&resource.name) {
             return std::fs::read(path).map_err(|error| InputError::File {
                 path: path.display().to_string(),
-                why: error.to_string(),
+                why: why_unread(&error),
             });
         }
         let ty = self.module.global_variables[resource.global].ty;
@@ -488,10 +518,13 @@ impl<'m> Maker<'m> {
                 ScalarKind::Float if self.reach > 0 => {
                     (rng.f64() * 2.0 - 1.0) * f64::from(self.reach)
                 }
-                ScalarKind::Float => {
-                    let breadth = f64::from(self.breadth);
-                    rng.f64() * (1.0 + 2.0 * breadth) - breadth
-                }
+                ScalarKind::Float => match self.end(rng) {
+                    Some(end) => f64::from(end),
+                    None => {
+                        let breadth = f64::from(self.breadth);
+                        rng.f64() * (1.0 + 2.0 * breadth) - breadth
+                    }
+                },
                 _ if is(&[
                     "count",
                     "num",
@@ -625,12 +658,16 @@ impl<'m> Maker<'m> {
         for level in 0..levels {
             let level_size = texture.size().mip_level_size(level, dimension);
             let texels = level_size.width * level_size.height * level_size.depth_or_array_layers;
-            let bytes = match &from_file {
+            let mut bytes: Vec<u8> = match &from_file {
                 Some(picture) => picture.texels.clone(),
                 None => (0..texels)
-                    .flat_map(|_| texel(format, storage == Some(true), self.reach, rng))
+                    .flat_map(|_| self.texel(format, storage == Some(true), rng))
                     .collect(),
             };
+            if self.breadth > 0 && from_file.is_none() && storage.is_none() {
+                let rows = level_size.height * level_size.depth_or_array_layers;
+                make_plain_patches(&mut bytes, [level_size.width, rows], rng);
+            }
             write_texture(self.gpu, &texture, level, &bytes);
             if level == 0 {
                 initial = bytes;
@@ -645,6 +682,67 @@ impl<'m> Maker<'m> {
             view,
             initial,
         })
+    }
+
+    /// A texel: poison, or something that a shader can read; floats as far from 0 as `reach`, if it is not 0.
+    fn texel(&self, format: wgpu::TextureFormat, poison: bool, rng: &mut Rng) -> Vec<u8> {
+        use wgpu::TextureFormat as F;
+        let bytes = format.block_copy_size(None).unwrap_or(4) as usize;
+        let components = usize::from(format.components());
+        let float = |rng: &mut Rng| match poison {
+            true => 2.0 + rng.f32(),
+            false if self.reach > 0 => (rng.f32() * 2.0 - 1.0) * self.reach as f32,
+            false => match self.end(rng) {
+                Some(end) => f32::from(end),
+                None => rng.f32(),
+            },
+        };
+        match format {
+            F::R16Float | F::Rg16Float | F::Rgba16Float => (0..components)
+                .flat_map(|_| half(float(rng)).to_le_bytes())
+                .collect(),
+            F::R32Float | F::Rg32Float | F::Rgba32Float => (0..components)
+                .flat_map(|_| float(rng).to_le_bytes())
+                .collect(),
+            // exponents 8 to 15 of 31: no NaN, no infinity
+            F::Rg11b10Ufloat => {
+                let part = |rng: &mut Rng, mantissa: u32| {
+                    rng.u32(8..16) << mantissa | rng.u32(0..1 << mantissa)
+                };
+                let bits = part(rng, 6) | part(rng, 6) << 11 | part(rng, 5) << 22;
+                bits.to_le_bytes().to_vec()
+            }
+            F::R32Uint | F::Rg32Uint | F::Rgba32Uint | F::R32Sint | F::Rg32Sint | F::Rgba32Sint => {
+                (0..components)
+                    .flat_map(|_| {
+                        match poison {
+                            true => rng.u32(0x4000_0000..0x7fff_ffff),
+                            false => rng.u32(0..8),
+                        }
+                        .to_le_bytes()
+                    })
+                    .collect()
+            }
+            F::Depth16Unorm if !poison => {
+                let end = self.end(rng).map(|end| u16::from(end) * u16::MAX);
+                end.unwrap_or_else(|| rng.u16(..)).to_le_bytes().to_vec()
+            }
+            _ => (0..bytes)
+                .map(|_| match poison {
+                    true => rng.u8(1..0x7f),
+                    false => rng.u8(..),
+                })
+                .collect(),
+        }
+    }
+
+    /// With more breadth, often 0 or 1: a depth of nothing, a mask, a share of all, which chance never makes and shaders ask for.
+    fn end(&self, rng: &mut Rng) -> Option<u8> {
+        if self.breadth == 0 {
+            return None;
+        }
+        let end = rng.u8(0..8);
+        (end < 2).then_some(end)
     }
 }
 
@@ -719,47 +817,23 @@ pub fn half(value: f32) -> u16 {
     }
 }
 
-/// A texel: poison, or something that a shader can read; floats as far from 0 as `reach`, if it is not 0.
-fn texel(format: wgpu::TextureFormat, poison: bool, reach: u32, rng: &mut Rng) -> Vec<u8> {
-    use wgpu::TextureFormat as F;
-    let bytes = format.block_copy_size(None).unwrap_or(4) as usize;
-    let components = usize::from(format.components());
-    let float = |rng: &mut Rng| match poison {
-        true => 2.0 + rng.f32(),
-        false if reach > 0 => (rng.f32() * 2.0 - 1.0) * reach as f32,
-        false => rng.f32(),
-    };
-    match format {
-        F::R16Float | F::Rg16Float | F::Rgba16Float => (0..components)
-            .flat_map(|_| half(float(rng)).to_le_bytes())
-            .collect(),
-        F::R32Float | F::Rg32Float | F::Rgba32Float => (0..components)
-            .flat_map(|_| float(rng).to_le_bytes())
-            .collect(),
-        // exponents 8 to 15 of 31: no NaN, no infinity
-        F::Rg11b10Ufloat => {
-            let part = |rng: &mut Rng, mantissa: u32| {
-                rng.u32(8..16) << mantissa | rng.u32(0..1 << mantissa)
-            };
-            let bits = part(rng, 6) | part(rng, 6) << 11 | part(rng, 5) << 22;
-            bits.to_le_bytes().to_vec()
-        }
-        F::R32Uint | F::Rg32Uint | F::Rgba32Uint | F::R32Sint | F::Rg32Sint | F::Rgba32Sint => (0
-            ..components)
-            .flat_map(|_| {
-                match poison {
-                    true => rng.u32(0x4000_0000..0x7fff_ffff),
-                    false => rng.u32(0..8),
+/// Makes a quarter of a picture plain, in patches of 16 by 16 texels: shaders that work by tiles ask whether one is the same throughout.
+fn make_plain_patches(bytes: &mut [u8], [width, rows]: [u32; 2], rng: &mut Rng) {
+    const SIDE: u32 = 16;
+    let texel = bytes.len() / (width * rows).max(1) as usize;
+    let at = |x: u32, y: u32| (y * width + x) as usize * texel;
+    for top in (0..rows).step_by(SIDE as usize) {
+        for left in (0..width).step_by(SIDE as usize) {
+            if rng.u8(0..4) > 0 {
+                continue;
+            }
+            let first = bytes[at(left, top)..at(left, top) + texel].to_vec();
+            for y in top..rows.min(top + SIDE) {
+                for x in left..width.min(left + SIDE) {
+                    bytes[at(x, y)..at(x, y) + texel].copy_from_slice(&first);
                 }
-                .to_le_bytes()
-            })
-            .collect(),
-        _ => (0..bytes)
-            .map(|_| match poison {
-                true => rng.u8(1..0x7f),
-                false => rng.u8(..),
-            })
-            .collect(),
+            }
+        }
     }
 }
 
@@ -767,6 +841,15 @@ struct Picture {
     width: u32,
     height: u32,
     texels: Vec<u8>,
+}
+
+/// Why a file cannot be read.
+fn why_unread(error: &std::io::Error) -> String {
+    match error.kind() {
+        std::io::ErrorKind::NotFound => "there is no such file".to_owned(),
+        std::io::ErrorKind::IsADirectory => "it is a folder".to_owned(),
+        _ => error.to_string(),
+    }
 }
 
 /// Reads a picture in the form of a texture format.
@@ -779,7 +862,7 @@ fn read_picture(
         path: path.display().to_string(),
         why,
     };
-    let bytes = std::fs::read(path).map_err(|error| wrong(error.to_string()))?;
+    let bytes = std::fs::read(path).map_err(|error| wrong(why_unread(&error)))?;
     let picture = crate::picture::decode(&bytes).map_err(wrong)?;
     let (width, height) = (picture.width(), picture.height());
     let components = usize::from(format.components());

@@ -98,20 +98,35 @@ impl Session<'_> {
                 layers.div_ceil(group_size[2]),
             ],
         };
-        let dispatched: [u32; 3] = std::array::from_fn(|axis| groups[axis] * group_size[axis]);
+        let sides: [u32; 3] = std::array::from_fn(|axis| groups[axis] * group_size[axis]);
         let immediates = self.maker().immediates(0, 0);
+        let dispatched: usize = sides.iter().map(|&n| n as usize).product();
+        // of a large picture fewer, so that the log can be bound
+        let room = self.gpu.device.limits().max_storage_buffer_binding_size;
+        let fits = |slots: u32| {
+            let words = LogSize {
+                grid: [1; 3],
+                slots,
+            }
+            .words_each();
+            dispatched as u64 * u64::from(words) * 4 <= room
+        };
+        let slots = [FIRST_SLOTS, FIRST_SLOTS / 2, FIRST_SLOTS / 4]
+            .into_iter()
+            .find(|&slots| fits(slots))
+            .unwrap_or(1);
         Ok(Watch {
             resources: reflect::resources(self.module, self.info, self.entry)?,
             groups,
             // what is numbered row by row is logged row by row
             grid: match is_line {
                 true => [width, height, 1],
-                false => dispatched,
+                false => sides,
             },
-            dispatched: dispatched.iter().map(|&n| n as usize).product(),
+            dispatched,
             plain: self.program("original", self.module, self.info, self.entry, &immediates)?,
             logging: None,
-            slots: FIRST_SLOTS,
+            slots,
         })
     }
 

@@ -1,8 +1,8 @@
 //! What a rewritten shader should have written, from what the original was seen to do.
 //!
 //! The original's [log](vrcs_passes::instrument) tells, for each invocation, the sites that it stored at and the places, in
-//! order. From the logs of several runs with other data comes an [`AddressBook`]: for the n-th store of an invocation at a
-//! site, the place that it goes to. Where an invocation was never seen to make a store that its primary makes, its
+//! order, and in which iterations of loops. From the logs of several runs with other data comes an [`AddressBook`]: for each store of an
+//! invocation at a site, the place that it goes to. Where an invocation was never seen to make a store that its primary makes, its
 //! place is taken from the book's pattern, if all that were seen lie in one: place = a + b·x + c·y + d·z, exactly; or the same
 //! with a factor for each bit of x, y and z, which is how tiled and Morton orders, and swizzles by exclusive or, look.
 //!
@@ -18,12 +18,21 @@ use vrcs_passes::instrument::{LogSize, OUTSIDE, Site};
 pub struct Stored {
     /// The site's number.
     pub site: u32,
-    /// How many stores at that site the invocation had made before.
+    /// The iterations of loops and the calls on the way to it, as a number.
+    pub path: u32,
+    /// How many stores at that site, on that path, the invocation had made before.
     pub occurrence: u32,
     /// The place, or [`OUTSIDE`].
     pub place: u32,
     /// The value of an atomic; of another store to a buffer, its place with each index confined to its array.
     pub value: u32,
+}
+
+impl Stored {
+    /// What tells it from an invocation's other stores.
+    fn key(self) -> (u32, u32, u32) {
+        (self.site, self.path, self.occurrence)
+    }
 }
 
 /// What one run of the original stored.
@@ -46,13 +55,14 @@ impl Log {
                 most = most.max(words[0]);
                 let logged = words[0].min(size.slots) as usize;
                 let mut stores: Vec<Stored> = Vec::with_capacity(logged);
-                for pair in words[1..1 + 3 * logged].chunks_exact(3) {
+                for pair in words[1..1 + 4 * logged].chunks_exact(4) {
                     let occurrence = stores
                         .iter()
-                        .filter(|stored| stored.site == pair[0])
+                        .filter(|stored| (stored.site, stored.path) == (pair[0], pair[3]))
                         .count() as u32;
                     stores.push(Stored {
                         site: pair[0],
+                        path: pair[3],
                         occurrence,
                         place: pair[1],
                         value: pair[2],
@@ -170,10 +180,10 @@ pub fn units(site: &Site, place: u32) -> std::ops::Range<u32> {
     }
 }
 
-/// Where each invocation's n-th store at each site goes.
+/// Where each invocation's n-th store at each site, on each path of iterations and calls, goes.
 #[derive(Clone, Debug, Default)]
 pub struct AddressBook {
-    pages: HashMap<(u32, u32), Page>,
+    pages: HashMap<(u32, u32, u32), Page>,
     grid: [u32; 3],
 }
 
@@ -198,14 +208,11 @@ impl AddressBook {
         for log in logs {
             for (invocation, stores) in log.stores.iter().enumerate() {
                 for stored in stores {
-                    let page = book
-                        .pages
-                        .entry((stored.site, stored.occurrence))
-                        .or_insert_with(|| Page {
-                            seen: vec![None; invocations],
-                            pattern: None,
-                            moves: false,
-                        });
+                    let page = book.pages.entry(stored.key()).or_insert_with(|| Page {
+                        seen: vec![None; invocations],
+                        pattern: None,
+                        moves: false,
+                    });
                     let slot = &mut page.seen[invocation];
                     page.moves |= slot.is_some_and(|place| place != stored.place);
                     *slot = Some(stored.place);
@@ -213,7 +220,7 @@ impl AddressBook {
             }
         }
         let grid = book.grid;
-        for (&(site, _), page) in &mut book.pages {
+        for (&(site, ..), page) in &mut book.pages {
             page.pattern = PlacePattern::fit(&page.seen, grid, textures[site as usize]);
         }
         book
@@ -221,13 +228,13 @@ impl AddressBook {
 
     /// Whether an invocation was ever seen to make a store.
     pub fn is_seen(&self, store: Stored, invocation: usize) -> bool {
-        let page = self.pages.get(&(store.site, store.occurrence));
+        let page = self.pages.get(&store.key());
         page.is_some_and(|page| page.seen[invocation].is_some())
     }
 
     /// Whether the place of a store depends on data.
     pub fn moves(&self, store: Stored) -> bool {
-        let page = self.pages.get(&(store.site, store.occurrence));
+        let page = self.pages.get(&store.key());
         page.is_some_and(|page| page.moves)
     }
 
@@ -235,11 +242,11 @@ impl AddressBook {
     ///
     /// `own` are the invocation's own stores in the run at hand, which say it best.
     pub fn place(&self, own: &[Stored], store: Stored, invocation: usize) -> Option<u32> {
-        let same = |s: &&Stored| (s.site, s.occurrence) == (store.site, store.occurrence);
+        let same = |s: &&Stored| s.key() == store.key();
         if let Some(seen) = own.iter().find(same) {
             return Some(seen.place);
         }
-        let page = self.pages.get(&(store.site, store.occurrence))?;
+        let page = self.pages.get(&store.key())?;
         if page.moves {
             return None;
         }
@@ -492,9 +499,9 @@ mod tests {
             atomic: None,
             span: naga::Span::UNDEFINED,
         }];
-        let apart = Log::new(&[1, 0, 0, 0, 1, 0, 4, 0], size);
+        let apart = Log::new(&[1, 0, 0, 0, 0, 1, 0, 4, 0, 0], size);
         assert_eq!(apart.race(&sites), None);
-        let together = Log::new(&[1, 0, 4, 0, 1, 0, 4, 0], size);
+        let together = Log::new(&[1, 0, 4, 0, 0, 1, 0, 4, 0, 0], size);
         assert_eq!(
             together.race(&sites).map(|race| race.invocations),
             Some([0, 1])

@@ -9,7 +9,7 @@ use naga::{
 };
 use vrcs_passes::{
     Refusal, Rewritten, Source,
-    graded::Given,
+    graded::{self, Given},
     instrument::Shape,
     options::{FullTiles, Linear, Mode, Sky},
 };
@@ -29,10 +29,11 @@ use super::{
 };
 use crate::{
     build::{
+        self,
         cpu::{self, Coordinates},
         primary::Order,
     },
-    coverage::{self, Coverage, cpu::Samples},
+    coverage::{self, Coverage, Depth, DepthKind, cpu::Samples},
     sri::Sri,
 };
 
@@ -178,6 +179,18 @@ pub(super) struct Session<'s> {
     pub(super) tile: [u32; 2],
 }
 
+impl Case {
+    /// The user's own bits of the tile that a pixel lies in.
+    pub(super) fn user_at(&self, pixel: [u32; 2]) -> u32 {
+        if !self.enabled {
+            return 0;
+        }
+        let tile = [0, 1].map(|axis| pixel[axis] / self.coordinates.options.tile[axis]);
+        let number = tile[1] * self.coordinates.layout.tiles[0] + tile[0];
+        self.coordinates.header(number).user()
+    }
+}
+
 /// One shading-rate image and what belongs to it.
 pub(super) struct Case {
     pub(super) number: u32,
@@ -268,6 +281,11 @@ impl Session<'_> {
     }
 
     fn run(&mut self, progress: &mut dyn FnMut(u32)) -> Result<(), Stop> {
+        if graded::asks_depth(self.module, self.entry) {
+            return Err(inconclusive(
+                "what `vrcs_depth()` tells is the renderer's depth, which a check does not have",
+            ));
+        }
         self.find_sizes()?;
         let sets = self.job.cases.div_ceil(CASES_PER_SET).max(1);
         let mut watch = self.watch(self.group_size)?;
@@ -348,14 +366,31 @@ impl Session<'_> {
             false => extent,
         };
         let sri = pattern.image(built_for[0], built_for[1], &mut rng);
-        let (coverage, samples) = match is_covered {
+        let (mut coverage, mut samples) = match is_covered {
             true => surfaces(built_for, &mut rng),
             false => (Coverage::default(), None),
+        };
+        if self.rewritten.manifest.entries[0].linear_depth {
+            // a plane, on which everything shares; what the entries carry of it, nothing may take for anything else
+            coverage.depth = Some(Depth::new(DepthKind::Linear));
+            let samples = samples.get_or_insert_with(|| Samples {
+                size: built_for,
+                ..Samples::default()
+            });
+            samples.depth = vec![rng.f32() * 4.0 + 0.5; (built_for[0] * built_for[1]) as usize];
+        }
+        // few tiles have none of their own; each bit by itself, and all of them
+        let user: Vec<u32> = match self.asks_user() {
+            true => {
+                let mut bits = || [0, 1, 2, 8, 15][rng.usize(0..5)];
+                build::user_words((0..1 << 16).map(|_| bits()))
+            }
+            false => Vec::new(),
         };
         let frame = cpu::Frame {
             order,
             samples: samples.as_ref(),
-            ..cpu::Frame::default()
+            user: &user,
         };
         let options = self.build_options(full_tiles, coverage);
         let coordinates = cpu::build_frame(&sri, built_for, &options, &frame);

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use bytemuck::{Pod, Zeroable};
 
 use super::{ClassifyError, MOST_CLASSES, Options, Rule};
-use crate::{kernel, object::ObjectOptions};
+use crate::{home::Home, kernel, limits::Needs, object::ObjectOptions, scope};
 
 const TEXT: &str = include_str!(concat!(
     env!("CARGO_MANIFEST_DIR"),
@@ -31,6 +31,8 @@ struct Params {
 #[derive(Debug)]
 pub struct Classifier {
     options: Options,
+    home: Home,
+    label: String,
     most_groups: u32,
     layout: wgpu::BindGroupLayout,
     lists_layout: wgpu::BindGroupLayout,
@@ -42,6 +44,12 @@ pub struct Classifier {
 /// The lists of a picture's tiles, one for each class, and what dispatches them.
 #[derive(Debug)]
 pub struct Lists {
+    home: Home,
+    label: String,
+    /// Of how many classes there are lists, and bind groups that a dispatch may use.
+    classes: usize,
+    most_bind_groups: u32,
+    /// The tiles of the extent; none until it is set.
     tiles: [u32; 2],
     room: [u32; 2],
     params: wgpu::Buffer,
@@ -55,8 +63,20 @@ impl Classifier {
     /// Makes the pipelines.
     ///
     /// # Errors
-    /// If the options contradict themselves, or what they say in WGSL does not compile.
+    /// If the options contradict themselves, what they say in WGSL does not compile, or the device has too little.
     pub fn new(device: &wgpu::Device, options: Options) -> Result<Classifier, ClassifyError> {
+        Classifier::with(device, options, &ObjectOptions::default())
+    }
+
+    /// The same, with a name for captures and the caller's cache of pipelines.
+    ///
+    /// # Errors
+    /// As [`Classifier::new`].
+    pub fn with(
+        device: &wgpu::Device,
+        options: Options,
+        objects: &ObjectOptions,
+    ) -> Result<Classifier, ClassifyError> {
         options.check()?;
         let most_groups = device
             .limits()
@@ -64,25 +84,32 @@ impl Classifier {
             .min(65_535);
         let text = text(&options, most_groups);
         let module = parse(&text)?;
-        let shader = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("vrcs classify"),
-            source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(module)),
-        });
-        let layout = layout(device);
-        let objects = ObjectOptions::labelled("vrcs classify");
-        let pipeline = |entry| {
-            let zeroed = wgpu::PipelineCompilationOptions::default();
-            kernel::pipeline(device, &layout, &shader, entry, zeroed, &objects)
-        };
-        Ok(Classifier {
-            reduce: pipeline("reduce_tiles"),
-            sort: options.neighbourhood.then(|| pipeline("sort_tiles")),
-            kick: pipeline("kick"),
-            lists_layout: Classifier::lists_layout(device),
-            layout,
-            most_groups,
-            options,
+        Needs::of_kernel(&module).check(device, "the kernel `classify.wgsl`")?;
+        let label = objects.name("classify");
+        // the caller's rules are in it: what wgpu's own check of features has against them comes back
+        scope::caught(device, || {
+            let shader = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some(&label),
+                source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(module)),
+            });
+            let layout = layout(device);
+            let pipeline = |entry| {
+                let zeroed = wgpu::PipelineCompilationOptions::default();
+                kernel::pipeline(device, &layout, &shader, entry, zeroed, objects)
+            };
+            Classifier {
+                reduce: pipeline("reduce_tiles"),
+                sort: options.neighbourhood.then(|| pipeline("sort_tiles")),
+                kick: pipeline("kick"),
+                lists_layout: Classifier::lists_layout(device),
+                layout,
+                most_groups,
+                options,
+                home: Home::of(device),
+                label: label.clone(),
+            }
         })
+        .map_err(|error| ClassifyError::Refused(scope::in_words(&error)))
     }
 
     /// The options.
@@ -96,9 +123,11 @@ impl Classifier {
     /// If there is none of that name.
     pub fn class(&self, name: &str) -> Result<usize, ClassifyError> {
         let mut classes = self.options.classes.iter();
-        classes
-            .position(|class| class.name == name)
-            .ok_or_else(|| ClassifyError::NoClass(name.to_owned()))
+        classes.position(|class| class.name == name).ok_or_else(|| {
+            let classes = self.options.classes.iter();
+            let names = classes.map(|class| class.name.clone()).collect();
+            ClassifyError::NoClass(name.to_owned(), names)
+        })
     }
 
     /// The layout of the bind group that the classes' shaders need, besides the caller's own: one storage buffer, read only.
@@ -135,48 +164,57 @@ impl Classifier {
         Ok(text)
     }
 
-    /// Makes lists for a texture. [`Classifier::set_extent`] has to follow.
+    /// Makes lists for a texture of floats that shaders may read. [`Classifier::set_extent`] has to follow.
     ///
     /// # Errors
-    /// If the texture has more tiles than the device dispatches.
+    /// If the device is another than the classifier's, the texture has more tiles than it dispatches, or wgpu does not bind the texture.
     pub fn bind(
         &self,
         device: &wgpu::Device,
         source: &wgpu::TextureView,
     ) -> Result<Lists, ClassifyError> {
+        if self.home != Home::of(device) {
+            return Err(ClassifyError::Device);
+        }
         let room = [source.texture().width(), source.texture().height()];
         let tiles = self.options.tiles(room);
         if tiles.iter().any(|&tiles| tiles > self.most_groups) {
             return Err(ClassifyError::Extent(format!(
-                "{}x{} tiles; the device dispatches at most {} on an axis",
+                "the texture has {}x{} tiles; the device dispatches at most {} on an axis: choose larger tiles",
                 tiles[0], tiles[1], self.most_groups
             )));
         }
+        scope::caught(device, || self.bound(device, source, room))
+            .map_err(|error| ClassifyError::Refused(scope::in_words(&error)))
+    }
+
+    fn bound(&self, device: &wgpu::Device, source: &wgpu::TextureView, room: [u32; 2]) -> Lists {
+        let tiles = self.options.tiles(room);
         let count = u64::from(tiles[0]) * u64::from(tiles[1]);
-        let make = |label, words: u64, usage| {
+        let make = |part, words: u64, usage| {
             device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some(label),
+                label: Some(&format!("{} {part}", self.label)),
                 size: words.max(1) * 4,
                 usage,
                 mapped_at_creation: false,
             })
         };
         use wgpu::BufferUsages as Usage;
-        let params = make("vrcs classify params", 4, Usage::UNIFORM | Usage::COPY_DST);
-        let classes = self.options.classes.len() as u64;
+        let params = make("params", 4, Usage::UNIFORM | Usage::COPY_DST);
+        let classes = self.options.classes.len();
         let bounds = match self.sort {
             Some(_) => count * 2,
             None => 2,
         };
-        let bounds = make("vrcs tile bounds", bounds, Usage::STORAGE);
+        let bounds = make("tile bounds", bounds, Usage::STORAGE);
         let lists = make(
-            "vrcs tile lists",
-            u64::from(HEADER) + classes * count,
+            "tile lists",
+            u64::from(HEADER) + classes as u64 * count,
             Usage::STORAGE | Usage::COPY_SRC,
         );
-        let counters = make("vrcs tile counters", MOST_CLASSES as u64, Usage::STORAGE);
+        let counters = make("tile counters", MOST_CLASSES as u64, Usage::STORAGE);
         let arguments = make(
-            "vrcs tile arguments",
+            "tile arguments",
             MOST_CLASSES as u64 * 3,
             Usage::STORAGE | Usage::INDIRECT | Usage::COPY_SRC,
         );
@@ -193,19 +231,23 @@ impl Classifier {
             .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
             .collect();
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("vrcs classify"),
+            label: Some(&self.label),
             layout: &self.layout,
             entries: &entries,
         });
         let shading = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("vrcs tile lists"),
+            label: Some(&format!("{} tile lists", self.label)),
             layout: &self.lists_layout,
             entries: &[wgpu::BindGroupEntry {
                 binding: 0,
                 resource: lists.as_entire_binding(),
             }],
         });
-        Ok(Lists {
+        Lists {
+            home: self.home.clone(),
+            label: self.label.clone(),
+            classes,
+            most_bind_groups: device.limits().max_bind_groups,
             tiles: [0, 0],
             room,
             params,
@@ -213,22 +255,29 @@ impl Classifier {
             lists,
             group,
             shading,
-        })
+        }
     }
 
     /// Sets the extent of the picture for dispatches that are submitted from now on.
     ///
     /// # Errors
-    /// If the texture is smaller.
+    /// If it is empty, the texture is smaller, or the lists are another classifier's.
     pub fn set_extent(
         &self,
         queue: &wgpu::Queue,
         lists: &mut Lists,
         extent: [u32; 2],
     ) -> Result<(), ClassifyError> {
+        self.check(lists)?;
+        if extent.contains(&0) {
+            return Err(ClassifyError::Extent(format!(
+                "an extent of {}x{} has no pixels",
+                extent[0], extent[1]
+            )));
+        }
         if extent[0] > lists.room[0] || extent[1] > lists.room[1] {
             return Err(ClassifyError::Extent(format!(
-                "an extent of {}x{} in a texture of {}x{}",
+                "an extent of {}x{} in a texture of {}x{}: bind the texture that was made for it",
                 extent[0], extent[1], lists.room[0], lists.room[1]
             )));
         }
@@ -241,19 +290,55 @@ impl Classifier {
         Ok(())
     }
 
-    /// Records the classification, with a pass of its own.
-    pub fn record(&self, encoder: &mut wgpu::CommandEncoder, lists: &Lists) {
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: Some("vrcs classify"),
-            timestamp_writes: None,
-        });
-        self.record_in(&mut pass, lists);
+    /// Whether lists were made by this classifier, or one with as many classes on its device.
+    fn check(&self, lists: &Lists) -> Result<(), ClassifyError> {
+        if self.home != lists.home {
+            return Err(ClassifyError::Device);
+        }
+        match lists.classes == self.options.classes.len() {
+            true => Ok(()),
+            false => Err(ClassifyError::OtherLists),
+        }
     }
 
-    /// Records the classification into a compute pass of the caller's.
-    pub fn record_in(&self, pass: &mut wgpu::ComputePass, lists: &Lists) {
+    fn ready(&self, lists: &Lists) -> Result<(), ClassifyError> {
+        self.check(lists)?;
+        match lists.tiles[0] {
+            0 => Err(ClassifyError::NoExtent),
+            _ => Ok(()),
+        }
+    }
+
+    /// Records the classification, with a pass of its own.
+    ///
+    /// # Errors
+    /// If no extent was set, or the lists are another classifier's; nothing is recorded then.
+    pub fn record(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        lists: &Lists,
+    ) -> Result<(), ClassifyError> {
+        self.ready(lists)?;
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some(&self.label),
+            timestamp_writes: None,
+        });
+        self.record_in(&mut pass, lists)
+    }
+
+    /// Records the classification into a compute pass of the caller's. Sets pipelines and bind group 0.
+    ///
+    /// # Errors
+    /// As [`Classifier::record`].
+    pub fn record_in(
+        &self,
+        pass: &mut wgpu::ComputePass,
+        lists: &Lists,
+    ) -> Result<(), ClassifyError> {
         let _span = tracing::trace_span!("vrcs classify").entered();
+        self.ready(lists)?;
         let [x, y] = lists.tiles;
+        pass.push_debug_group(&self.label);
         pass.set_bind_group(0, &lists.group, &[]);
         pass.set_pipeline(&self.reduce);
         pass.dispatch_workgroups(x, y, 1);
@@ -263,15 +348,44 @@ impl Classifier {
         }
         pass.set_pipeline(&self.kick);
         pass.dispatch_workgroups(1, 1, 1);
+        pass.pop_debug_group();
+        Ok(())
     }
 }
 
 impl Lists {
-    /// Records the dispatch of a class. The caller has set the class's pipeline and its own bind groups; the lists become bind group
-    /// `group`. There are as many workgroups as the class has blocks; nothing happens if it has none.
-    pub fn dispatch(&self, pass: &mut wgpu::ComputePass, class: usize, group: u32) {
+    /// Records the dispatch of a class, by its [index](Classifier::class). The caller has set the class's pipeline and its own bind
+    /// groups; the lists become bind group `group`. There are as many workgroups as the class has blocks; nothing happens if it has
+    /// none.
+    ///
+    /// # Errors
+    /// If there is no such class, the device has no such bind group, or no extent was set; nothing is recorded then.
+    pub fn dispatch(
+        &self,
+        pass: &mut wgpu::ComputePass,
+        class: usize,
+        group: u32,
+    ) -> Result<(), ClassifyError> {
+        if class >= self.classes {
+            return Err(ClassifyError::NoClassAt {
+                index: class,
+                classes: self.classes,
+            });
+        }
+        if group >= self.most_bind_groups {
+            return Err(ClassifyError::NoGroup {
+                group,
+                most: self.most_bind_groups,
+            });
+        }
+        if self.tiles[0] == 0 {
+            return Err(ClassifyError::NoExtent);
+        }
+        pass.push_debug_group(&self.label);
         pass.set_bind_group(group, &self.shading, &[]);
         pass.dispatch_workgroups_indirect(&self.arguments, class as u64 * 12);
+        pass.pop_debug_group();
+        Ok(())
     }
 
     /// The lists: width, height, tiles that each list holds and the number of classes; from word 4 on, the number of tiles in each;

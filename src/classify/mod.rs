@@ -25,12 +25,12 @@
 //! let cheap = blur.wgsl("cheap", 1)? + sources[1];
 //!
 //! // each frame
-//! blur.record(encoder, &lists);
+//! blur.record(encoder, &lists)?;
 //! let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
 //! pass.set_bind_group(0, own, &[]);
 //! for (class, pipeline) in pipelines.iter().enumerate() {
 //!     pass.set_pipeline(pipeline);
-//!     lists.dispatch(&mut pass, class, 1);
+//!     lists.dispatch(&mut pass, class, 1)?;
 //! }
 //! # Ok(())
 //! # }
@@ -40,6 +40,8 @@ pub mod cpu;
 pub mod gpu;
 
 pub use gpu::{Classifier, Lists};
+
+use crate::limits::LimitError;
 
 /// The most classes.
 pub const MOST_CLASSES: usize = 8;
@@ -213,8 +215,44 @@ pub enum ClassifyError {
     #[error("classify: the measure, the rules or the functions do not compile\n{0}")]
     Wgsl(String),
     /// There is no such class.
-    #[error("classify: there is no class {0:?}")]
-    NoClass(String),
+    #[error("classify: there is no class {0:?}; the classes are {1:?}")]
+    NoClass(String, Vec<String>),
+    /// There is no class of this index.
+    #[error(
+        "classify: there is no class {index}: there are {classes}, from 0 on; `Classifier::class` gives the index of a name"
+    )]
+    NoClassAt {
+        /// The index.
+        index: usize,
+        /// How many there are.
+        classes: usize,
+    },
+    /// The device has no bind group of this number.
+    #[error(
+        "classify: the lists are to be bind group {group}, and the device has {most}, from 0 on"
+    )]
+    NoGroup {
+        /// The number.
+        group: u32,
+        /// How many there are.
+        most: u32,
+    },
+    /// Lists whose extent was not set: nothing would be classified.
+    #[error("classify: the lists have no extent yet: call `Classifier::set_extent`")]
+    NoExtent,
+    /// Lists of another classifier.
+    #[error("classify: the lists were bound by a classifier with other classes")]
+    OtherLists,
+    /// What is given belongs to another device than the classifier.
+    #[error("classify: the classifier and what it is given belong to different devices")]
+    Device,
+    /// The device has too little.
+    #[error(transparent)]
+    Limit(#[from] LimitError),
+    /// wgpu does not take the texture, or the rules: a texture that no shader may read or of integers, what the rules need and the
+    /// device has not.
+    #[error("classify: wgpu refuses it: {0}")]
+    Refused(String),
     /// The extent does not fit the texture, or has too many tiles.
     #[error("classify: {0}")]
     Extent(String),

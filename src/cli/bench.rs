@@ -15,7 +15,9 @@ pub(super) struct Arguments {
     /// Print what was found as JSON.
     #[arg(long)]
     json: bool,
-    /// Only rows whose name contains this: identity, heavy, light, classified, indirect, barriers, build, encodings, stage, machinery, resolution, rewrite.
+    /// Only rows whose name contains this.
+    ///
+    /// The rows are identity, heavy, light, classified, indirect, barriers, build, encodings, stage, machinery, resolution and rewrite.
     #[arg(long, value_name = "TEXT")]
     filter: Option<String>,
     /// The size of the picture.

@@ -11,6 +11,7 @@ use crate::{
     demo::{Demo, DemoError, Shown},
     scenes::{SceneName, UnknownScene},
     tradeoff::{
+        chosen,
         run::Request,
         setting::{Preset, Setting, presets},
         sweep::Trial,
@@ -22,8 +23,15 @@ use crate::{
 const SIZE: [u32; 2] = [1280, 720];
 
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  vrcs demo
+  vrcs demo --size 640x360 --threshold 0.1 --out pictures
+  vrcs demo interior --preset Fast --out interior
+  vrcs demo --web page && xdg-open page/index.html")]
 pub(super) struct Arguments {
-    /// A scene of `vrcs tradeoff`: its report with one point, in the folder of --out. Without, a small scene as pictures.
+    /// A scene of `vrcs tradeoff`; without, a small scene as pictures.
+    ///
+    /// interior, foliage, landscape, text, ramps or disocclusion: its report with one point, in the folder of --out.
     #[arg(value_name = "SCENE")]
     scene: Option<String>,
     /// The preset to show: Exact, Balanced or Fast.
@@ -34,21 +42,31 @@ pub(super) struct Arguments {
         requires = "scene"
     )]
     preset: String,
+    /// A presets.toml of `vrcs tradeoff`, in place of the general presets.
+    ///
+    /// It has what was chosen for each scene, of what was measured.
+    #[arg(long, value_name = "FILE.toml", requires = "scene")]
+    presets: Option<PathBuf>,
     /// Where the pictures go.
     #[arg(long, value_name = "FOLDER", default_value = "out")]
     out: PathBuf,
-    /// The size of the picture: by default 1280x720, or for a SCENE what `vrcs tradeoff` uses.
+    /// The size of the picture. [default: 1280x720]
+    ///
+    /// For a SCENE it is what `vrcs tradeoff` uses, if not given.
     #[arg(long, value_parser = parse_size, value_name = "WxH")]
     size: Option<[u32; 2]>,
-    /// How large a difference may be, as a share of the luma around it: the paper's t, which is 0.15 for a 4K display at
-    /// arm's length, and less for larger pixels. By default 0.06, or for a SCENE the preset's.
+    /// How large a difference may be, as a share of the luma around it. [default: 0.06]
+    ///
+    /// The paper's t, which is 0.15 for a 4K display at arm's length, and less for larger pixels. For a SCENE it is the preset's, if
+    /// not given.
     #[arg(long, value_name = "T")]
     threshold: Option<f64>,
     /// The adapter: a part of its name. See `vrcs adapters`.
     #[arg(long, value_name = "NAME")]
     adapter: Option<String>,
-    /// Write a page instead, `index.html` in this folder, that runs the original and the rewritten shader in the browser's own WebGPU;
-    /// needs no GPU here.
+    /// Write a page instead that runs it in a browser, `index.html` in this folder.
+    ///
+    /// It runs the original and the rewritten shader in the browser's own WebGPU, and holds the laws there. Needs no GPU here.
     #[arg(long, value_name = "FOLDER", conflicts_with = "scene")]
     web: Option<PathBuf>,
 }
@@ -119,15 +137,31 @@ pub(super) fn preset(name: &str) -> Result<Preset, Failure> {
         })
 }
 
+/// A preset for a scene: the general one, or that of a file of `vrcs tradeoff`.
+pub(super) fn preset_for(
+    scene: SceneName,
+    general: Preset,
+    file: Option<&Path>,
+) -> Result<Preset, Failure> {
+    let Some(path) = file else {
+        return Ok(general);
+    };
+    let text = files::read_text(path)?;
+    let setting = chosen::read(&text, scene, general.name)
+        .map_err(|error| Failure::Misused(format!("{}: {error}", files::display_name(path))))?;
+    Ok(Preset { setting, ..general })
+}
+
 /// Shows one point of a scene of `vrcs tradeoff`, in the same page.
 fn scene(arguments: &Arguments, name: &str) -> Result<(), Failure> {
     let scene: SceneName = name
         .parse()
         .map_err(|error: UnknownScene| Failure::Misused(error.to_string()))?;
-    let preset = preset(&arguments.preset)?;
+    let general = preset(&arguments.preset)?;
+    let preset = preset_for(scene, general.clone(), arguments.presets.as_deref())?;
     let gpu = Gpu::open(arguments.adapter.as_deref())?;
     let trial = Trial {
-        preset: arguments.threshold.is_none().then_some(preset.name),
+        preset: (arguments.threshold.is_none() && preset == general).then_some(preset.name),
         is_peer: false,
         setting: Setting {
             threshold: arguments.threshold.unwrap_or(preset.setting.threshold),
@@ -139,10 +173,12 @@ fn scene(arguments: &Arguments, name: &str) -> Result<(), Failure> {
         out: arguments.out.clone(),
         size: tradeoff::size(&gpu, arguments.size)?,
         frames: 4,
+        compared: 4,
         rounds: tradeoff::rounds(&gpu, true),
         trials: vec![trial],
         effects: false,
-        truth: false,
+        chooses: false,
+        truth: 0,
         seed: 1,
         command: tradeoff::command(),
         build: build_of_the_program(),

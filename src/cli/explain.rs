@@ -5,6 +5,7 @@ use vrcs_passes::{
     Code, Color, Severity, examples,
     explain::{Explained, Verdict, explain},
     near,
+    plan::regions::report::Group,
     told::{Told, ToldPlace},
 };
 
@@ -22,7 +23,7 @@ use super::{
 pub(super) struct Arguments {
     #[command(flatten)]
     input: In,
-    /// The entry point; every compute entry point if not given.
+    /// The entry point; without, every compute entry point.
     #[arg(long, value_name = "NAME")]
     entry: Option<String>,
     /// Print it as JSON.
@@ -149,6 +150,24 @@ fn print(report: &Report) -> Result<(), Failure> {
     Ok(())
 }
 
+/// How work that invocations do together was taken apart.
+fn print_group(group: &Group) -> Result<(), Failure> {
+    talk::data(&format!(
+        "  regions    {} between barriers: {} with work that only primaries do, {} masked",
+        group.regions, group.per_pixel, group.masked
+    ))?;
+    if !group.exchanged.is_empty() {
+        talk::data(&format!(
+            "  exchanged  {}, through workgroup memory; what else lives from region to region is computed anew for the primary",
+            group.exchanged.join(", ")
+        ))?;
+    }
+    talk::data(&format!(
+        "  memory     {} bytes of the workgroup's are the author's, {} are added",
+        group.author_memory, group.added_memory
+    ))
+}
+
 fn print_entry(shader: &str, entry: &Explained) -> Result<(), Failure> {
     let verdict = match entry.verdict {
         Verdict::Rewritten => "rewritten",
@@ -164,6 +183,9 @@ fn print_entry(shader: &str, entry: &Explained) -> Result<(), Failure> {
     talk::data(&format!("  workgroup  {}", size.join(" x ")))?;
     if !entry.remapped.is_empty() {
         talk::data(&format!("  remapped   {}", entry.remapped.join(", ")))?;
+    }
+    if let Some(group) = &entry.group {
+        print_group(group)?;
     }
     for condition in &entry.domain {
         talk::data(&format!("  domain     {condition}"))?;

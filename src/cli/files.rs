@@ -29,13 +29,40 @@ pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, Failure> {
         Ok(_) => Ok(bytes),
         Err(error) => {
             let why = match error.kind() {
-                std::io::ErrorKind::NotFound => "there is no such file".to_owned(),
+                std::io::ErrorKind::NotFound => match nearest(path) {
+                    Some(near) => format!("there is no such file; did you mean {near}?"),
+                    None => "there is no such file".to_owned(),
+                },
                 std::io::ErrorKind::IsADirectory => "it is a folder".to_owned(),
                 _ => error.to_string(),
             };
             Err(unreadable(path, &why))
         }
     }
+}
+
+/// The file beside a path whose name it is most likely a misspelling of.
+fn nearest(path: &Path) -> Option<String> {
+    let folder = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    let stem = |path: &Path| Some(path.file_stem()?.to_str()?.to_owned());
+    // a folder of thousands is not searched for a slip of a finger
+    let files = std::fs::read_dir(folder).ok()?.take(1000).flatten();
+    let mut files: Vec<_> = files.map(|file| file.path()).collect();
+    files.sort_by_key(|file| (file.extension() != path.extension(), file.clone()));
+    // without the extension, which names have in common
+    let stems: Vec<String> = files.iter().filter_map(|file| stem(file)).collect();
+    let near = vrcs_passes::near::nearest(&stem(path)?, stems.iter().map(String::as_str))?;
+    let found = files
+        .iter()
+        .find(|file| stem(file).as_deref() == Some(near))?;
+    Some(
+        path.with_file_name(found.file_name()?)
+            .display()
+            .to_string(),
+    )
 }
 
 fn unreadable(path: &Path, why: &str) -> Failure {

@@ -7,6 +7,9 @@ use clap::CommandFactory;
 use super::{Failure, files, talk};
 
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  vrcs completions bash > ~/.local/share/bash-completion/completions/vrcs
+  vrcs completions fish > ~/.config/fish/completions/vrcs.fish")]
 pub(super) struct Completions {
     /// The shell.
     #[arg(value_enum)]
@@ -14,6 +17,8 @@ pub(super) struct Completions {
 }
 
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  vrcs man ~/.local/share/man/man1 && man vrcs-rewrite")]
 pub(super) struct Man {
     /// The folder for the pages: `vrcs.1`, and one for each command.
     #[arg(value_name = "FOLDER")]

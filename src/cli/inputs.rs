@@ -21,21 +21,24 @@ use super::{Failure, files};
 /// What shaders are read from.
 #[derive(Debug, Clone, clap::Args)]
 pub(super) struct In {
-    /// The shader: a file, or several that are joined in order; or folders, each file of which is a shader. `-` reads standard
-    /// input.
+    /// The shader: a file, or several that are joined in order.
+    ///
+    /// Or folders, each file of which is a shader. `-` reads standard input.
     #[arg(required = true, value_name = "SHADER")]
     pub(super) shaders: Vec<PathBuf>,
-    /// Define a name for `#ifdef`, `#if` and `#{NAME}`; `true` if no value is given.
+    /// Define a name for `#ifdef`, `#if` and `#{NAME}`.
+    ///
+    /// It is `true` if no value is given.
     #[arg(short = 'D', long = "define", value_name = "NAME[=VALUE]")]
     pub(super) defines: Vec<String>,
     /// A file, or a folder of files, that shaders may `#import`.
     #[arg(short = 'I', long = "import", value_name = "PATH")]
     pub(super) imports: Vec<PathBuf>,
     /// A file that is put in front of every shader.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", hide_short_help = true)]
     pub(super) with: Vec<PathBuf>,
     /// The language, where the extension does not tell it: wgsl, spirv or glsl.
-    #[arg(long, value_name = "LANGUAGE")]
+    #[arg(long, value_name = "LANGUAGE", hide_short_help = true)]
     pub(super) from: Option<Language>,
 }
 

@@ -48,17 +48,17 @@ struct Arguments {
 enum Command {
     /// Rewrite shaders into variable-rate ones. Needs no GPU.
     Rewrite(rewrite::Arguments),
-    /// Tell what is made of a shader and why, or what a code such as VRCS013 means. Needs no GPU.
+    /// Tell what is made of a shader and why, or what a code means. Needs no GPU.
     Explain(explain::Arguments),
-    /// Check a rewrite on a driver: run original and rewritten shader over many shading rates, bit for bit.
+    /// Prove a rewrite on a driver, over many shading rates, bit for bit.
     Check(check::Arguments),
-    /// Tell how coarse a picture may be shaded: its rates, an overlay, the image for hardware variable-rate shading.
+    /// Tell how coarse a picture may be shaded: rates, overlay, hardware's image.
     Analyse(Box<analyse::Arguments>),
     /// Tell what an analysis of a scene compiles, binds and dispatches. Needs no GPU.
     Plan(plan::Arguments),
-    /// Shade a scene at full rate and at variable rate; write pictures and print what it saved.
+    /// Shade a scene at full and at variable rate; write pictures, print what it saved.
     Demo(demo::Arguments),
-    /// Tell what accuracy costs in time: try settings on scenes, measure error and time, write a report.
+    /// Tell what accuracy costs in time: settings on scenes, a report.
     Tradeoff(tradeoff::Arguments),
     /// Measure the goals of speed on a GPU, each against its floor.
     Bench(bench::Arguments),

@@ -5,7 +5,8 @@
 //! Guarantees: of a scene, what is printed is what `vrcs tradeoff` runs for it at the same preset; of a file, what
 //! [`Analysis`](crate::analyse::Analysis), the [builder](crate::build) and the [deblocker](crate::deblock) make of the
 //! declaration. Bindings are counted in the modules.
-//! Refuses: a file that is no declaration, with its line; effects that need what is not there.
+//! Refuses: a file that is no declaration or no settings, with its line; effects that need what is not there; settings for a scene of
+//! ours, which runs at its preset.
 
 use std::path::{Path, PathBuf};
 
@@ -32,22 +33,36 @@ use crate::{
 #[command(after_help = "SCENE.toml, every line of which may be left out:
   colour = \"codes\"      # or linear, sqrt-luma
   motion = true         # motion vectors; and of the same kind:
-  # surface-ids, triangle-ids, sky, depth, cameras, after-transparents, previous-rates, materials, noise, ids, flags, blur, plain-rates, attachment, reasons, sqrt-luma
+  # surface-ids, triangle-ids, sky, depth, cameras, after-transparents, previous-rates, materials, noise, ids,
+  # flags, blur, plain-rates, attachment, reasons, sqrt-luma, origin
 
 Examples:
   vrcs plan interior
   vrcs plan landscape --preset Exact
-  vrcs plan scene.toml --size 3840x2160 --json")]
+  vrcs plan landscape --presets tradeoff/presets.toml
+  vrcs plan scene.toml --size 3840x2160 --json
+  vrcs plan scene.toml --settings mine.toml      # the file that `vrcs analyse --settings` reads")]
 pub(super) struct Arguments {
-    /// interior, foliage, landscape, text, ramps or disocclusion; or a TOML file that says what the renderer has.
+    /// A scene of `vrcs tradeoff`; or a TOML file that says what a renderer has.
+    ///
+    /// The scenes are interior, foliage, landscape, text, ramps and disocclusion.
     #[arg(value_name = "SCENE")]
     scene: PathBuf,
     /// The size of the picture, for the sizes of the buffers.
     #[arg(long, value_parser = parse_size, default_value = "1920x1080", value_name = "WxH")]
     size: [u32; 2],
+    /// Settings of the analysis for a SCENE.toml: every parameter of every effect, in the form that `vrcs analyse --settings` reads (see its
+    /// help). Without it, every effect that the declaration serves is planned with its default parameters.
+    #[arg(long, value_name = "FILE.toml", conflicts_with = "preset")]
+    settings: Option<PathBuf>,
     /// The preset that a scene runs at: Exact, Balanced or Fast.
     #[arg(long, value_name = "NAME", default_value = "Balanced")]
     preset: String,
+    /// A presets.toml of `vrcs tradeoff`, in place of the general presets.
+    ///
+    /// It has what was chosen for each scene, of what was measured.
+    #[arg(long, value_name = "FILE.toml")]
+    presets: Option<PathBuf>,
     /// Print it as JSON.
     #[arg(long)]
     json: bool,
@@ -75,6 +90,7 @@ struct Declaration {
     surface_ids: bool,
     triangle_ids: bool,
     sky: bool,
+    origin: bool,
 }
 
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
@@ -116,9 +132,10 @@ struct Frame {
     lines: Vec<String>,
     analysis: Option<Plan>,
     build: Option<BuildOptions>,
-    /// The scene's own passes, in the order in which they run; unknown for a file.
-    own: Vec<&'static str>,
-    is_rewritten: bool,
+    /// The scene's own passes that are rewritten, in the order in which they run; unknown for a file.
+    rewritten: Vec<&'static str>,
+    /// Those that run as their author wrote them.
+    untouched: Vec<&'static str>,
     deblock: Option<deblock::Options>,
 }
 
@@ -130,20 +147,28 @@ impl Frame {
         Ok(Frame {
             name: format!("{scene}, preset {}", preset.name),
             lines: found.lines(scene),
-            own: scene.passes().iter().map(|pass| pass.entry()).collect(),
-            is_rewritten: found.build.is_some(),
+            rewritten: found.passes(scene, true),
+            untouched: found.passes(scene, false),
             analysis: found.analysis,
             build: found.build,
             deblock: found.deblock,
         })
     }
 
-    /// Everything that a renderer's declaration serves.
-    fn of_file(path: &Path) -> Result<Frame, Failure> {
+    /// Everything that a renderer's declaration serves, or what its settings ask for.
+    fn of_file(path: &Path, settings: Option<&Path>) -> Result<Frame, Failure> {
         let name = files::display_name(path);
         let (scene, coverage) = read(path)?;
-        let plan = Plan::new(&scene, &settings_of(&scene))
-            .map_err(|error| Failure::Refused(format!("{name}: {error}")))?;
+        let (wanted, asking) = match settings {
+            Some(file) => (
+                super::analyse::options::read(file)?,
+                format!("{name} with {}", files::display_name(file)),
+            ),
+            None => (settings_of(&scene), name),
+        };
+        let plan = Plan::new(&scene, &wanted)
+            .map_err(|error| Failure::Refused(format!("{asking}: {error}")))?;
+        let name = asking;
         Ok(Frame {
             name,
             lines: Vec::new(),
@@ -153,11 +178,12 @@ impl Frame {
                 effective: true,
                 ..BuildOptions::default()
             }),
-            own: Vec::new(),
-            is_rewritten: true,
+            rewritten: Vec::new(),
+            untouched: Vec::new(),
             deblock: Some(deblock::Options {
                 depth: coverage.depth,
                 surfaces: coverage.surfaces,
+                coverage: !coverage.is_empty(),
                 ..deblock::Options::new(deblock::Picture::Texture(wgpu::TextureFormat::Rgba16Float))
             }),
         })
@@ -184,7 +210,8 @@ impl Frame {
         object["lines"] = json!(self.lines);
         let [build, deblock] = self.planned();
         object["build"] = build.iter().map(json_of).collect();
-        object["own"] = json!(self.own);
+        object["rewritten"] = json!(self.rewritten);
+        object["untouched"] = json!(self.untouched);
         object["deblock"] = deblock.iter().map(json_of).collect();
         object["buffers"] = self
             .buffers(size)
@@ -213,19 +240,20 @@ impl Frame {
         }
         let [build, deblock] = self.planned();
         print("coordinates", &build)?;
-        talk::data(&match (self.own.is_empty(), self.is_rewritten) {
-            (true, _) => {
-                "the renderer's own passes, rewritten: each binds one group more".to_owned()
+        if self.rewritten.is_empty() && self.untouched.is_empty() {
+            talk::data("the renderer's own passes, rewritten: each binds one group more")?;
+        }
+        for (passes, what) in [
+            (&self.rewritten, "rewritten, each with one group more"),
+            (&self.untouched, "as their author wrote them"),
+        ] {
+            if !passes.is_empty() {
+                talk::data(&format!(
+                    "the scene's own passes, {what}: {}",
+                    passes.join(", ")
+                ))?;
             }
-            (false, true) => format!(
-                "the scene's own passes, rewritten, each with one group more: {}",
-                self.own.join(", ")
-            ),
-            (false, false) => format!(
-                "the scene's own passes, as their author wrote them: {}",
-                self.own.join(", ")
-            ),
-        })?;
+        }
         print("deblocking, in place", &deblock)
     }
 }
@@ -233,8 +261,23 @@ impl Frame {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let preset = demo::preset(&arguments.preset)?;
     let frame = match arguments.scene.to_str().map(str::parse::<SceneName>) {
-        Some(Ok(scene)) => Frame::of_scene(scene, &preset)?,
-        _ => Frame::of_file(&arguments.scene)?,
+        Some(Ok(scene)) if arguments.settings.is_some() => {
+            return Err(Failure::Misused(format!(
+                "the scene {scene} runs at its preset: choose one with --preset, or say in a file what your renderer has \
+                 and give that with --settings"
+            )));
+        }
+        Some(Ok(scene)) => {
+            let preset = demo::preset_for(scene, preset, arguments.presets.as_deref())?;
+            Frame::of_scene(scene, &preset)?
+        }
+        _ if arguments.presets.is_some() => {
+            return Err(Failure::Misused(
+                "--presets is for the scenes of `vrcs tradeoff`: interior, foliage, landscape, text, ramps and disocclusion"
+                    .to_owned(),
+            ));
+        }
+        _ => Frame::of_file(&arguments.scene, arguments.settings.as_deref())?,
     };
     match arguments.json {
         true => talk::data(&frame.json(arguments.size).to_string()),
@@ -285,6 +328,7 @@ fn read(path: &Path) -> Result<(Scene, Coverage), Failure> {
             Form::SqrtLuma => ColourForm::SqrtLuma,
         },
         after_transparents: declared.after_transparents,
+        origin: declared.origin,
         motion: declared.motion,
         depth: declared.depth,
         cameras: declared.cameras,

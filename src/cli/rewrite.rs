@@ -33,25 +33,29 @@ Examples:
 pub(super) struct Arguments {
     #[command(flatten)]
     input: In,
-    /// Where the rewritten shader goes: a file; a folder, for a batch (`out/`); `-` is standard output.
+    /// Where the rewritten shader goes.
+    ///
+    /// A file; a folder, for a batch (`out/`); `-` is standard output.
     #[arg(short, long, value_name = "PATH", default_value = "-")]
     output: PathBuf,
-    /// The language that is written: wgsl, spirv, hlsl, msl or glsl, with a version if need be (spirv-1.3, hlsl-6.2, glsl-310es).
-    /// The output's extension tells it, too. [default: wgsl]
+    /// The language that is written: wgsl, spirv, hlsl, msl or glsl. [default: wgsl]
+    ///
+    /// With a version if need be (spirv-1.3, hlsl-6.2, glsl-310es). The output's extension tells it, too.
     #[arg(long, value_name = "LANGUAGE")]
     to: Option<Target>,
-    /// The entry point; every compute entry point that stores per pixel if not given.
+    /// The entry point; without, every one that stores per pixel.
     #[arg(long, value_name = "NAME")]
     entry: Option<String>,
-    /// Where the manifest goes: what a program needs to dispatch the shader, as JSON. A batch writes each beside its
-    /// shader.
+    /// Where the manifest goes: what a program dispatches by, as JSON.
+    ///
+    /// A batch writes each beside its shader.
     #[arg(long, value_name = "FILE")]
     manifest: Option<PathBuf>,
     /// A value of an `override` constant, by name or number, for languages that have none.
-    #[arg(long = "override", value_name = "NAME=VALUE")]
+    #[arg(long = "override", value_name = "NAME=VALUE", hide_short_help = true)]
     overrides: Vec<String>,
     /// Leave out the bounds checks that WGSL promises, in other languages.
-    #[arg(long)]
+    #[arg(long, hide_short_help = true)]
     no_bounds_checks: bool,
     /// Rewrite what has not changed, too.
     #[arg(long)]
@@ -69,53 +73,63 @@ pub(super) struct Arguments {
 /// The options of a rewrite, shared with `check`.
 #[derive(Debug, Clone, clap::Args)]
 pub(super) struct How {
-    /// How primaries find their pixels.
-    #[arg(long, value_enum, default_value_t = ModeName::Tiled)]
+    /// tiled, list, classified, graded or auto: how primaries find their pixels.
+    #[arg(long, value_enum, default_value_t = ModeName::Tiled, hide_possible_values = true)]
     mode: ModeName,
-    /// The largest shading rate whose copies the shader makes.
-    #[arg(long, value_enum, default_value_t = MaxRateName::R2x2, value_name = "RATE")]
+    /// The largest shading rate that is copied: 2x2, 2x4, 4x2 or 4x4.
+    #[arg(long, value_enum, default_value_t = MaxRateName::R2x2, value_name = "RATE", hide_possible_values = true)]
     max_rate: MaxRateName,
     /// What becomes of tiles that are nearly full.
-    #[arg(long, value_enum, default_value_t = FullTilesName::Promote, value_name = "RULE")]
+    #[arg(long, value_enum, default_value_t = FullTilesName::Promote, value_name = "RULE", hide_short_help = true)]
     full_tiles: FullTilesName,
     /// What becomes of what the scene calls sky.
-    #[arg(long, value_enum, default_value_t = SkyName::Skip, value_name = "RULE")]
+    #[arg(long, value_enum, default_value_t = SkyName::Skip, value_name = "RULE", hide_short_help = true)]
     sky: SkyName,
     /// Invocations that retire together.
-    #[arg(long, default_value_t = 32, value_name = "N")]
+    #[arg(long, default_value_t = 32, value_name = "N", hide_short_help = true)]
     wave: u32,
     /// Bind groups of the device.
-    #[arg(long, default_value_t = 4, value_name = "N")]
+    #[arg(long, default_value_t = 4, value_name = "N", hide_short_help = true)]
     max_bind_groups: u32,
     /// Uniform buffers that the device has for a shader.
-    #[arg(long, default_value_t = 12, value_name = "N")]
+    #[arg(long, default_value_t = 12, value_name = "N", hide_short_help = true)]
     max_uniform_buffers: u32,
     /// Storage buffers that the device has for a shader.
-    #[arg(long, default_value_t = 8, value_name = "N")]
+    #[arg(long, default_value_t = 8, value_name = "N", hide_short_help = true)]
     max_storage_buffers: u32,
-    /// Where the two added bindings go: this number of this group and the next. If not given: into the first free group, else
-    /// into free numbers of the group that is used least.
+    /// Where the two added bindings go: this number and the next.
+    ///
+    /// If not given: into the first free group, else into free numbers of the group that is used least.
     #[arg(long, value_name = "GROUP:BINDING")]
     place: Option<Place>,
-    /// What becomes of a target's stores: `copy` for the duplicates, `leader` for the primary alone, `full` for every
-    /// pixel what the original stores, `refuse`. Targets that are not named are copied.
+    /// What becomes of a target's stores: copy, leader, full or refuse.
+    ///
+    /// `copy` for the duplicates, `leader` for the primary alone, `full` for every pixel what the original stores, `refuse`. Targets
+    /// that are not named are copied.
     #[arg(long = "target", value_name = "NAME=POLICY", value_parser = parse_target)]
     targets: Vec<(String, Policy)>,
-    /// What becomes of atomics whose result is unused.
-    #[arg(long, value_enum, default_value_t = AtomicsName::Refuse, value_name = "RULE")]
+    /// What becomes of unread atomics: refuse or weight.
+    ///
+    /// Those whose result nobody uses.
+    #[arg(long, value_enum, default_value_t = AtomicsName::Refuse, value_name = "RULE", hide_possible_values = true)]
     atomics: AtomicsName,
-    /// The dispatch has one dimension, over the pixels of a picture of this width, row by row: a number, a uniform's member
-    /// such as `params.width`, or an `override`.
+    /// The dispatch has one dimension, over a picture of this width.
+    ///
+    /// Pixels row by row; the width is a number, a uniform's member such as `params.width`, or an `override`.
     #[arg(long, value_name = "WIDTH")]
     linear: Option<Linear>,
     /// Scale the gradients of textureSampleGrad by the block that a primary stands for, as hardware VRS does on its own.
-    #[arg(long)]
+    #[arg(long, hide_short_help = true)]
     scale_gradients: bool,
     /// Bias the level of textureSampleLevel by log2 of the rate, for the texture of this name. Can be given again.
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", hide_short_help = true)]
     bias_level: Vec<String>,
+    /// The view's entries carry the linear depth of their primaries: for a shader that shares a view with one that asks `vrcs_depth()`, which
+    /// turns it on by itself.
+    #[arg(long)]
+    linear_depth: bool,
     /// Two writable bindings that are never the same memory, by your word. Can be given again.
-    #[arg(long, value_name = "A,B", value_parser = parse_distinct)]
+    #[arg(long, value_name = "A,B", value_parser = parse_distinct, hide_short_help = true)]
     distinct: Vec<[String; 2]>,
 }
 
@@ -243,6 +257,7 @@ impl How {
             linear: self.linear.clone(),
             scale_gradients: self.scale_gradients,
             bias_level: self.bias_level.iter().cloned().collect(),
+            linear_depth: self.linear_depth,
             distinct: self.distinct.clone(),
             ..Options::default()
         })

@@ -57,6 +57,13 @@ impl Progress {
         self.0.is_some()
     }
 
+    /// There are so many more steps than was known.
+    pub(crate) fn lengthen(&self, more: usize) {
+        if let Some(bar) = &self.0 {
+            bar.inc_length(more as u64);
+        }
+    }
+
     /// A step is done.
     pub(crate) fn step(&self, name: &str) {
         if let Some(bar) = &self.0 {

@@ -12,8 +12,10 @@ use crate::{
     check::gpu::Gpu,
     scenes::SceneName,
     tradeoff::{
-        Trouble, report,
-        run::{Request, run as study},
+        Trouble,
+        bench::COMPARED,
+        report,
+        run::{Request, Step, run as study},
         study::{Effect, Point, SceneStudy, Span, Study},
         sweep::{self, Trial},
         turns::Rounds,
@@ -24,30 +26,40 @@ use crate::{
 #[command(after_help = "Files, in the folder of --out:
   report.html      everything, in one page that needs no network
   points.csv       a line for each scene and setting
+  passes.csv       a line for each of its passes and stages
   study.json       the same and more, for programs
   plot.svg         time against error
+  presets.toml     the presets that were chosen for each scene, and why
   points.jsonl     the journal: an interrupted study goes on from it
 
 Examples:
   vrcs tradeoff --quick
   vrcs tradeoff interior foliage --size 1920x1080 --sweep own.toml")]
 pub(super) struct Arguments {
-    /// The scenes: interior, foliage, landscape, text, ramps, disocclusion. All of them by default.
+    /// interior, foliage, landscape, text, ramps, disocclusion; all of them by default.
     #[arg(value_name = "SCENE")]
     scenes: Vec<String>,
     /// Where the report goes.
     #[arg(long, value_name = "FOLDER", default_value = "tradeoff")]
     out: PathBuf,
-    /// Frames of each setting, after a warm-up; the last four are compared with full rate.
+    /// Frames of each setting, after a warm-up.
+    ///
+    /// The last four are compared with full rate, with --quick the last two.
     #[arg(long, value_name = "N", default_value = "8")]
     frames: u32,
-    /// The settings to try: TOML with [base], [vary] and [[grid]]. A standard sweep by default.
+    /// The settings to try; a standard sweep by default.
+    ///
+    /// TOML with [base], [vary] and [[grid]].
     #[arg(long, value_name = "FILE.toml", conflicts_with = "quick")]
     sweep: Option<PathBuf>,
     /// Try the presets and a few more settings only.
+    ///
+    /// Two frames of each are compared with full rate, and the truth is found for one frame.
     #[arg(long)]
     quick: bool,
-    /// The size of the pictures: by default 1920x1080 on a GPU and 640x360 on a software driver.
+    /// The size of the pictures.
+    ///
+    /// By default 1920x1080 on a GPU and 640x360 on a software driver.
     #[arg(long, value_parser = parse_size, value_name = "WxH")]
     size: Option<[u32; 2]>,
     /// Where all chance comes from.
@@ -83,10 +95,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         out: arguments.out.clone(),
         size: size(&gpu, arguments.size)?,
         frames: arguments.frames,
+        compared: if arguments.quick { 2 } else { COMPARED },
         rounds: rounds(&gpu, arguments.quick),
         trials,
         effects: true,
-        truth: true,
+        chooses: true,
+        truth: if arguments.quick { 1 } else { 3 },
         seed: arguments.seed,
         command: command(),
         build: build_of_the_program(),
@@ -97,14 +111,24 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 /// Runs a study under a bar; where nobody sees one, each step is a line.
 pub(super) fn study_with_bar(gpu: &Gpu, request: &Request) -> Result<Study, Failure> {
-    let steps = request.steps();
+    let mut steps = request.steps();
     let bar = talk::Progress::new(steps);
     let mut done = 0;
-    let found = study(gpu, request, &mut |name| {
-        done += 1;
-        match bar.is_seen() {
-            true => bar.step(name),
-            false => talk::say(&format!("{done}/{steps} {name}")),
+    let begun = std::time::Instant::now();
+    let found = study(gpu, request, &mut |step| match step {
+        Step::More(more) => {
+            steps += more;
+            bar.lengthen(more);
+        }
+        Step::Done(name) => {
+            done += 1;
+            match bar.is_seen() {
+                true => bar.step(name),
+                false => {
+                    let seconds = begun.elapsed().as_secs_f64();
+                    talk::say(&format!("{done}/{steps} {name}, {seconds:.0} s"));
+                }
+            }
         }
     });
     bar.done();
@@ -201,7 +225,14 @@ pub(super) fn print(study: &Study, out: &Path) -> Result<(), Failure> {
             talk::data(sentence)?;
         }
     }
-    for name in ["report.html", "points.csv", "study.json", "plot.svg"] {
+    for name in [
+        "report.html",
+        "points.csv",
+        "passes.csv",
+        "study.json",
+        "plot.svg",
+        "presets.toml",
+    ] {
         talk::data(&format!("{:<10} {}", "written", out.join(name).display()))?;
     }
     Ok(())
@@ -214,7 +245,10 @@ fn print_scene(scene: &SceneStudy) -> Result<(), Failure> {
         scene.name, "ms", "full rate", "time", "shaded", "retired", "FLIP", "p99", "SSIM", "PSNR"
     ))?;
     let front = report::front_of(scene);
-    let shown = |index: &usize| scene.points[*index].preset.is_some() || front.contains(index);
+    let shown = |index: &usize| {
+        let is_preset = scene.points[*index].preset.is_some();
+        is_preset || front.contains(index) || !scene.presets_of(*index).is_empty()
+    };
     let mut order: Vec<usize> = (0..scene.points.len()).filter(shown).collect();
     order.sort_by(|&a, &b| {
         let share = |i: usize| scene.points[i].time.share.median;
@@ -227,6 +261,14 @@ fn print_scene(scene: &SceneStudy) -> Result<(), Failure> {
         talk::data(&format!(
             "the machine was not steady: the control was up to {:.0} % off its median, so that all rounds count",
             100.0 * point.time.drift
+        ))?;
+    }
+    for chosen in &scene.chosen {
+        let name = &scene.points[chosen.point].name;
+        let because = chosen.because.join(" ");
+        talk::data(&format!(
+            "{} for {} is {name}. {because}",
+            chosen.preset, scene.name
         ))?;
     }
     for point in scene.points.iter().filter(|p| p.preset.is_some()) {

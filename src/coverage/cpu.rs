@@ -44,6 +44,11 @@ impl Samples {
         clamp(y, self.size[1]) * self.size[0] as usize + clamp(x, self.size[0])
     }
 
+    /// The depth of a pixel, as the texture has it.
+    pub fn depth_at(&self, [x, y]: [u32; 2]) -> f32 {
+        self.depth[self.at([x as i32, y as i32])]
+    }
+
     /// Whether a pixel is sky.
     pub fn is_sky(&self, coverage: &Coverage, [x, y]: [u32; 2]) -> bool {
         let at = self.at([x as i32, y as i32]);

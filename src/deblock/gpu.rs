@@ -1,5 +1,7 @@
 //! The deblocker on the GPU: `shaders/deblock.wgsl`, recorded into the caller's encoder or pass.
 
+use std::sync::{Mutex, PoisonError};
+
 use bytemuck::{Pod, Zeroable};
 
 use super::{
@@ -7,9 +9,14 @@ use super::{
 };
 use crate::analyse::params::linear_code;
 use crate::{
+    build::primary::Order,
+    home::Home,
     kernel::{self, shader},
     object::ObjectOptions,
+    scope,
+    slots::Slots,
     sri::SriLayout,
+    view::View,
 };
 
 /// The kernel's parameters, as in `shaders/deblock.wgsl`.
@@ -24,7 +31,7 @@ struct Params {
     inverse_depth: [f32; 2],
     tolerance: f32,
     white_log2: i32,
-    padding: [u32; 2],
+    origin: [u32; 2],
 }
 
 /// The pixels of a workgroup: 16×16 quads.
@@ -33,6 +40,8 @@ const GROUP: [u32; 2] = [32, 32];
 /// The pipelines that deblock one kind of picture.
 #[derive(Debug)]
 pub struct Deblocker {
+    home: Home,
+    label: String,
     options: Options,
     way: Way,
     layout: wgpu::BindGroupLayout,
@@ -59,6 +68,22 @@ pub struct Inputs<'i> {
     pub luma: Option<&'i wgpu::Buffer>,
 }
 
+impl<'i> Inputs<'i> {
+    /// A picture that is shaded over a view, by the view's effective rates; neither depth nor surfaces nor luma.
+    ///
+    /// # Errors
+    /// If the view keeps no [effective](View::effective) rates.
+    pub fn of_view(view: &'i View, picture: PictureInput<'i>) -> Result<Inputs<'i>, DeblockError> {
+        Ok(Inputs {
+            picture,
+            rates: view.effective().ok_or(DeblockError::NoEffectiveRates)?,
+            depth: None,
+            surfaces: None,
+            luma: None,
+        })
+    }
+}
+
 /// A picture to deblock.
 #[derive(Clone, Copy, Debug)]
 pub enum PictureInput<'i> {
@@ -69,17 +94,34 @@ pub enum PictureInput<'i> {
 }
 
 /// A deblocker's bindings to one picture.
+///
+/// They hold the buffer of rates that they were made with. A [view](View) that outgrows its buffers has others then:
+/// [`Deblocker::record_view`] notices, and asks for a new binding.
 #[derive(Debug)]
 pub struct Bound {
-    extent: [u32; 2],
+    home: Home,
     room: [u32; 2],
+    /// The least of the sizes of depth and surfaces.
+    beside: [u32; 2],
     picture_pitch: u32,
-    rates_size: u64,
+    rates: wgpu::Buffer,
     luma_size: u64,
-    params: wgpu::Buffer,
+    params: Slots,
     group: wgpu::BindGroup,
     give_back: Option<wgpu::BindGroup>,
     counters: Option<wgpu::Buffer>,
+    /// What was set.
+    set: Mutex<Option<Set>>,
+}
+
+/// What changes from frame to frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Set {
+    extent: [u32; 2],
+    /// Where the extent lies in the picture, and in depth and surfaces.
+    origin: [u32; 2],
+    /// The order of primaries.
+    order: Order,
 }
 
 impl Deblocker {
@@ -87,15 +129,29 @@ impl Deblocker {
     /// only what WebGPU guarantees is used.
     ///
     /// # Errors
-    /// If the device does not store the format, or the options contradict themselves.
+    /// If the device does not store the format, the options contradict themselves, or the device has too little.
     pub fn new(
         device: &wgpu::Device,
         adapter: Option<&wgpu::Adapter>,
         options: Options,
     ) -> Result<Deblocker, DeblockError> {
+        Deblocker::with(device, adapter, options, &ObjectOptions::default())
+    }
+
+    /// The same, with a name for captures and the caller's cache of pipelines.
+    ///
+    /// # Errors
+    /// As [`Deblocker::new`].
+    pub fn with(
+        device: &wgpu::Device,
+        adapter: Option<&wgpu::Adapter>,
+        options: Options,
+        objects: &ObjectOptions,
+    ) -> Result<Deblocker, DeblockError> {
         check(&options)?;
         let way = way(device, adapter, options.picture)?;
-        let layout = layout(device, &options, way);
+        let label = objects.name("deblock");
+        let layout = layout(device, &options, way, &label);
         let defs = defs(&options, way);
         let source = shader!("deblock.wgsl");
         let module = match options.depth {
@@ -104,17 +160,18 @@ impl Deblocker {
             // SAFETY: no loop of this kernel has more rounds than a constant says
             None => unsafe { kernel::trusted_module(device, source, &defs) }?,
         };
-        let objects = ObjectOptions::labelled("vrcs deblock");
         let unzeroed = kernel::compilation_options;
         let pipeline =
-            |entry| kernel::pipeline(device, &layout, &module, entry, unzeroed(), &objects);
+            |entry| kernel::pipeline(device, &layout, &module, entry, unzeroed(), objects);
         Ok(Deblocker {
+            home: Home::of(device),
             options,
             way,
             filter: pipeline("filter_quads"),
             give_back: (way == Way::Scratch).then(|| pipeline("return_quads")),
             layout,
-            codes: codes(device, &options),
+            codes: codes(device, &options, &label),
+            label,
         })
     }
 
@@ -128,11 +185,16 @@ impl Deblocker {
         self.way
     }
 
-    /// Binds a picture and its inputs. [`Deblocker::set_frame`] has to follow.
+    /// Binds a picture and its inputs, for [`record_view`](Deblocker::record_view), or for [`set_frame`](Deblocker::set_frame) and
+    /// [`record`](Deblocker::record) where the rates are no view's.
     ///
     /// # Errors
-    /// If an input that was declared is missing, or one that was not is given.
+    /// If an input that was declared is missing, one that was not is given, wgpu does not bind one (it lacks a usage, or is of another
+    /// kind), or the device is another than the deblocker's.
     pub fn bind(&self, device: &wgpu::Device, inputs: &Inputs) -> Result<Bound, DeblockError> {
+        if self.home != Home::of(device) {
+            return Err(DeblockError::Device);
+        }
         let agree = |what, declared: bool, given: bool| match declared == given {
             true => Ok(()),
             false => Err(DeblockError::Inputs(format!(
@@ -151,16 +213,22 @@ impl Deblocker {
         agree("surfaces", self.options.surfaces, inputs.surfaces.is_some())?;
         agree("luma", self.options.luma.is_some(), inputs.luma.is_some())?;
         let (room, picture_pitch) = self.room(inputs)?;
+        scope::caught(device, || self.bound(device, inputs, room, picture_pitch))
+            .map_err(|error| DeblockError::Refused(scope::in_words(&error)))
+    }
 
-        let params = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("vrcs deblock params"),
-            size: size_of::<Params>() as u64,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
+    fn bound(
+        &self,
+        device: &wgpu::Device,
+        inputs: &Inputs,
+        room: [u32; 2],
+        picture_pitch: u32,
+    ) -> Bound {
+        let name = |part: &str| format!("{} {part}", self.label);
+        let params = Slots::new(device, size_of::<Params>(), &name("params"));
         let counters = self.options.counters.then(|| {
             device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("vrcs deblock counters"),
+                label: Some(&name("counters")),
                 size: size_of::<Counters>() as u64,
                 usage: wgpu::BufferUsages::STORAGE
                     | wgpu::BufferUsages::COPY_DST
@@ -179,7 +247,7 @@ impl Deblocker {
         };
         let group = |picture: wgpu::BindingResource, result: Option<wgpu::BindingResource>| {
             let mut entries = vec![
-                (0, params.as_entire_binding()),
+                (0, params.binding()),
                 (1, inputs.rates.as_entire_binding()),
                 (2, picture),
             ];
@@ -210,22 +278,32 @@ impl Deblocker {
                 .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
                 .collect();
             device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("vrcs deblock"),
+                label: Some(&self.label),
                 layout: &self.layout,
                 entries: &entries,
             })
         };
-        Ok(Bound {
-            extent: [0, 0],
+        let beside = [inputs.depth, inputs.surfaces].into_iter().flatten();
+        let beside = beside.fold([u32::MAX; 2], |least, view| {
+            let texture = view.texture();
+            [
+                least[0].min(texture.width()),
+                least[1].min(texture.height()),
+            ]
+        });
+        Bound {
+            home: self.home.clone(),
             room,
+            beside,
             picture_pitch,
-            rates_size: inputs.rates.size(),
+            rates: inputs.rates.clone(),
             luma_size: inputs.luma.map_or(0, wgpu::Buffer::size),
             give_back: to.clone().map(|to| group(to, Some(from.clone()))),
             group: group(from, to),
             params,
             counters,
-        })
+            set: Mutex::default(),
+        }
     }
 
     /// The largest extent that the picture holds, and the pixels in a row of one in a buffer.
@@ -263,7 +341,7 @@ impl Deblocker {
             Picture::R32Uint(_) | Picture::Buffer(_) => wgpu::TextureFormat::R32Uint,
         };
         let texture = device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("vrcs deblock scratch"),
+            label: Some(&format!("{} scratch", self.label)),
             size: wgpu::Extent3d {
                 width: size[0],
                 height: size[1],
@@ -279,12 +357,12 @@ impl Deblocker {
         texture.create_view(&wgpu::TextureViewDescriptor::default())
     }
 
-    /// Sets the extent of the picture and the order of the primaries for dispatches that are submitted from now on. `order`
-    /// is 0 where the first pixel of a group is always its primary, else 1 + the frame's number modulo 4: the one that the
-    /// coordinates of this frame were built with.
+    /// Sets the extent of the picture and the order of the primaries for what is [recorded](Deblocker::record) from now on and submitted
+    /// after it, where the rates are no view's. `order` is 0 where the first pixel of a group is always its primary, else 1 + the
+    /// frame's number modulo 4: the one that the coordinates of this frame were built with. An order alone uploads nothing.
     ///
     /// # Errors
-    /// If an input is smaller than the extent.
+    /// If an input is smaller than the extent, or the extent has no pixels.
     pub fn set_frame(
         &self,
         queue: &wgpu::Queue,
@@ -292,73 +370,185 @@ impl Deblocker {
         extent: [u32; 2],
         order: u32,
     ) -> Result<(), DeblockError> {
+        let order = match order {
+            0 => Order::Fixed,
+            1..=4 => Order::Rotating(order - 1),
+            _ => return Err(DeblockError::Options("the order of primaries is 0 to 4")),
+        };
+        let origin = [0; 2];
+        let set = Set {
+            extent,
+            origin,
+            order,
+        };
+        self.set(queue, bound, set)
+    }
+
+    fn set(&self, queue: &wgpu::Queue, bound: &Bound, now: Set) -> Result<(), DeblockError> {
+        if self.home != bound.home {
+            return Err(DeblockError::Device);
+        }
+        let mut set = bound.set.lock().unwrap_or_else(PoisonError::into_inner);
+        // the parameters of every order are there at once
+        let is_there = |before: Set| {
+            Set {
+                order: now.order,
+                ..before
+            } == now
+        };
+        if !set.is_some_and(is_there) {
+            self.fit(bound, now)?;
+            bound
+                .params
+                .write(queue, |order| self.params(bound, Set { order, ..now }));
+        }
+        *set = Some(now);
+        Ok(())
+    }
+
+    /// Whether everything that is bound has room for an extent.
+    fn fit(&self, bound: &Bound, set: Set) -> Result<(), DeblockError> {
+        let Set { extent, origin, .. } = set;
+        if extent.contains(&0) {
+            return Err(DeblockError::Inputs(format!(
+                "an extent of {}x{} has no pixels",
+                extent[0], extent[1]
+            )));
+        }
         let sri = SriLayout::new(extent[0], extent[1]);
-        let luma_pitch = luma_pitch(extent[0]);
         let luma_bytes = match self.options.luma {
-            Some(_) => u64::from(luma_pitch) * u64::from(extent[1]),
+            Some(_) => u64::from(luma_pitch(extent[0])) * u64::from(extent[1]),
             None => 0,
         };
-        let fits = extent[0] <= bound.room[0]
-            && extent[1] <= bound.room[1]
-            && sri.bytes() <= bound.rates_size
-            && luma_bytes <= bound.luma_size;
-        if !fits {
+        let end = [0, 1].map(|axis| origin[axis].saturating_add(extent[axis]));
+        let holds = |room: [u32; 2]| end[0] <= room[0] && end[1] <= room[1];
+        if !holds(bound.beside) {
             return Err(DeblockError::Inputs(format!(
-                "an extent of {}x{} needs a picture of that size ({}x{} given), {} bytes of rates ({} given) and {luma_bytes} of \
-                 luma ({} given)",
+                "an extent of {}x{} at {origin:?} needs depth and surfaces as large as that, and one of them is {}x{}",
+                extent[0], extent[1], bound.beside[0], bound.beside[1]
+            )));
+        }
+        let fits =
+            holds(bound.room) && sri.bytes() <= bound.rates.size() && luma_bytes <= bound.luma_size;
+        match fits {
+            true => Ok(()),
+            false => Err(DeblockError::Inputs(format!(
+                "an extent of {}x{} at {origin:?} needs a picture as large as that ({}x{} given), {} bytes of rates ({} given) and {luma_bytes} \
+                 of luma ({} given)",
                 extent[0],
                 extent[1],
                 bound.room[0],
                 bound.room[1],
                 sri.bytes(),
-                bound.rates_size,
+                bound.rates.size(),
                 bound.luma_size
-            )));
+            ))),
         }
-        if order > 4 {
-            return Err(DeblockError::Options("the order of primaries is 0 to 4"));
-        }
-        bound.extent = extent;
+    }
+
+    fn params(&self, bound: &Bound, set: Set) -> Params {
+        let Set { extent, order, .. } = set;
         let depth = self.options.depth;
-        let params = Params {
+        Params {
             extent,
-            rates_pitch: sri.pitch / 4,
-            luma_pitch: luma_pitch / 4,
-            phase: order,
+            rates_pitch: SriLayout::new(extent[0], extent[1]).pitch / 4,
+            luma_pitch: luma_pitch(extent[0]) / 4,
+            phase: order.code(),
             picture_pitch: bound.picture_pitch,
             inverse_depth: depth.and_then(|d| d.kind.to_inverse()).unwrap_or_default(),
             tolerance: depth.map_or(0.0, |d| (-f32::from(d.tolerance as u16)).exp2()),
             white_log2: self.options.luma.map_or(0, |luma| luma.white_log2),
-            padding: [0; 2],
+            origin: set.origin,
+        }
+    }
+
+    /// Records the filter of a picture that was shaded over a view into a compute pass of the caller's, for the view's extent and
+    /// [order](View::order) of primaries as they are now. Counters go on from where they are. Where the view is not
+    /// [enabled](View::set_enabled) there is nothing to deblock: nothing is recorded, and a luma stays as it was.
+    ///
+    /// # Errors
+    /// [`DeblockError::Stale`] if the picture is not bound to this view's effective rates as they are now; other errors if an input is
+    /// smaller than the view. Nothing is recorded then.
+    pub fn record_view(
+        &self,
+        queue: &wgpu::Queue,
+        pass: &mut wgpu::ComputePass,
+        bound: &Bound,
+        view: &View,
+    ) -> Result<(), DeblockError> {
+        if self.home != *view.home() {
+            return Err(DeblockError::Device);
+        }
+        if view.effective() != Some(&bound.rates) {
+            return Err(DeblockError::Stale);
+        }
+        if !view.is_enabled() {
+            return Ok(());
+        }
+        let [width, height, _] = view.extent();
+        let set = Set {
+            extent: [width, height],
+            origin: view.origin(),
+            order: view.order(),
         };
-        queue.write_buffer(&bound.params, 0, bytemuck::bytes_of(&params));
-        Ok(())
+        self.set(queue, bound, set)?;
+        self.record_in(pass, bound)
     }
 
     /// Records the filter, with a pass of its own; counters start at 0.
-    pub fn record(&self, encoder: &mut wgpu::CommandEncoder, bound: &Bound) {
+    ///
+    /// # Errors
+    /// As [`record_in`](Deblocker::record_in).
+    pub fn record(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        bound: &Bound,
+    ) -> Result<(), DeblockError> {
+        self.ready(bound)?;
         if let Some(counters) = &bound.counters {
             encoder.clear_buffer(counters, 0, None);
         }
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: Some("vrcs deblock"),
+            label: Some(&self.label),
             timestamp_writes: None,
         });
-        self.record_in(&mut pass, bound);
+        self.record_in(&mut pass, bound)
     }
 
-    /// Records the filter into a compute pass of the caller's. Counters go on from where they are.
-    pub fn record_in(&self, pass: &mut wgpu::ComputePass, bound: &Bound) {
+    /// Records the filter into a compute pass of the caller's. Counters go on from where they are. Sets pipelines and bind group 0.
+    ///
+    /// # Errors
+    /// [`DeblockError::NoFrame`] if [`set_frame`](Deblocker::set_frame) was not called, [`DeblockError::Device`] if the picture was bound by
+    /// the deblocker of another device; nothing is recorded then.
+    pub fn record_in(
+        &self,
+        pass: &mut wgpu::ComputePass,
+        bound: &Bound,
+    ) -> Result<(), DeblockError> {
         let _span = tracing::trace_span!("vrcs deblock").entered();
-        let [x, y] = [0, 1].map(|axis| bound.extent[axis].div_ceil(GROUP[axis]));
+        let Set { extent, order, .. } = self.ready(bound)?;
+        let [x, y] = [0, 1].map(|axis| extent[axis].div_ceil(GROUP[axis]));
+        let offset = bound.params.offset(order);
+        pass.push_debug_group(&self.label);
         pass.set_pipeline(&self.filter);
-        pass.set_bind_group(0, &bound.group, &[]);
+        pass.set_bind_group(0, &bound.group, &[offset]);
         pass.dispatch_workgroups(x, y, 1);
         if let (Some(pipeline), Some(group)) = (&self.give_back, &bound.give_back) {
             pass.set_pipeline(pipeline);
-            pass.set_bind_group(0, group, &[]);
+            pass.set_bind_group(0, group, &[offset]);
             pass.dispatch_workgroups(x, y, 1);
         }
+        pass.pop_debug_group();
+        Ok(())
+    }
+
+    /// What was set.
+    fn ready(&self, bound: &Bound) -> Result<Set, DeblockError> {
+        if self.home != bound.home {
+            return Err(DeblockError::Device);
+        }
+        let set = bound.set.lock().unwrap_or_else(PoisonError::into_inner);
+        set.ok_or(DeblockError::NoFrame)
     }
 }
 
@@ -375,11 +565,11 @@ fn has_codes(options: &Options) -> bool {
 }
 
 /// Linear light of the 256 codes.
-fn codes(device: &wgpu::Device, options: &Options) -> Option<wgpu::Buffer> {
+fn codes(device: &wgpu::Device, options: &Options, label: &str) -> Option<wgpu::Buffer> {
     let transfer = options.luma?.transfer?;
     let words: Vec<u32> = (0..=255).map(|code| linear_code(code, transfer)).collect();
     let buffer = device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("vrcs codes"),
+        label: Some(&format!("{label} codes")),
         size: 1024,
         usage: wgpu::BufferUsages::STORAGE,
         mapped_at_creation: true,
@@ -498,10 +688,21 @@ fn defs(options: &Options, way: Way) -> Vec<(&'static str, u32)> {
     if options.counters {
         names.push("COUNTERS");
     }
+    if options.depth.is_none() && !options.surfaces && !options.counters {
+        names.push("BY_QUADS");
+    }
+    if options.coverage {
+        names.push("SPLITS");
+    }
     names.into_iter().map(|name| (name, 1)).collect()
 }
 
-fn layout(device: &wgpu::Device, options: &Options, way: Way) -> wgpu::BindGroupLayout {
+fn layout(
+    device: &wgpu::Device,
+    options: &Options,
+    way: Way,
+    label: &str,
+) -> wgpu::BindGroupLayout {
     let buffer = |ty| wgpu::BindingType::Buffer {
         ty,
         has_dynamic_offset: false,
@@ -520,7 +721,14 @@ fn layout(device: &wgpu::Device, options: &Options, way: Way) -> wgpu::BindGroup
     };
     let float = wgpu::TextureSampleType::Float { filterable: false };
     let mut bindings = vec![
-        (0, buffer(wgpu::BufferBindingType::Uniform)),
+        (
+            0,
+            wgpu::BindingType::Buffer {
+                ty: wgpu::BufferBindingType::Uniform,
+                has_dynamic_offset: true,
+                min_binding_size: None,
+            },
+        ),
         (1, storage(true)),
     ];
     use wgpu::StorageTextureAccess::{ReadWrite, WriteOnly};
@@ -558,7 +766,7 @@ fn layout(device: &wgpu::Device, options: &Options, way: Way) -> wgpu::BindGroup
         })
         .collect();
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("vrcs deblock"),
+        label: Some(label),
         entries: &entries,
     })
 }

@@ -74,6 +74,9 @@ pub struct Options {
     pub depth: Option<Depth>,
     /// Whether there are surface numbers, to tell surfaces apart.
     pub surfaces: bool,
+    /// Whether the coordinates were built with [coverage](crate::coverage::Coverage), so that groups may be [split](crate::build::effective::SPLIT).
+    /// Without it quads that are marked so are left as they are, and the pass is a tenth faster: what split quads need is not compiled.
+    pub coverage: bool,
     /// Whether the luma for the next frame's analysis is written in the same pass, and from what.
     pub luma: Option<Luma>,
     /// Whether [`Counters`] are kept.
@@ -81,12 +84,13 @@ pub struct Options {
 }
 
 impl Options {
-    /// Nothing but the picture and the rates: the slides' filter, which spills over silhouettes.
+    /// Nothing but the picture and the rates, whatever they were built with: the slides' filter, which spills over silhouettes.
     pub fn new(picture: Picture) -> Options {
         Options {
             picture,
             depth: None,
             surfaces: false,
+            coverage: true,
             luma: None,
             counters: false,
         }
@@ -192,6 +196,28 @@ pub enum DeblockError {
     /// An input that was declared is missing or too small, or one was given that was not declared.
     #[error("deblock: {0}")]
     Inputs(String),
+    /// A view that keeps no effective rates.
+    #[error(
+        "deblock: the view keeps no effective rates: make it with `BuildOptions {{ effective: true, .. }}`, or give rates of your own"
+    )]
+    NoEffectiveRates,
+    /// The view has made its buffers anew since the picture was bound, or is another one.
+    #[error(
+        "deblock: the picture is bound to rates that are not this view's: call `Deblocker::bind` again after `View::set_extent`, with the \
+         pictures that were made for it"
+    )]
+    Stale,
+    /// No frame was set: nothing would be filtered.
+    #[error(
+        "deblock: no frame is set: call `Deblocker::set_frame`, or `Deblocker::record_view` if the rates are a view's"
+    )]
+    NoFrame,
+    /// What is given belongs to another device than the deblocker.
+    #[error("deblock: the deblocker and what it is given belong to different devices")]
+    Device,
+    /// wgpu does not bind an input: it lacks a usage, or is of another kind.
+    #[error("deblock: wgpu does not bind what was given: {0}")]
+    Refused(String),
     /// The device has too little for the kernel.
     #[error(transparent)]
     Limit(#[from] crate::limits::LimitError),

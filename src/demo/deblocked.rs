@@ -4,7 +4,7 @@ use super::{DemoError, Stage, own};
 use crate::{
     Rate,
     build::cpu::Coordinates,
-    check::gpu::adapters,
+    check::gpu::{adapters, by_construction},
     deblock::{Bound, Deblocker, Inputs, Options, Picture, PictureInput},
     sri::Sri,
 };
@@ -63,6 +63,6 @@ impl Deblock {
     }
 
     pub(super) fn record(&self, pass: &mut wgpu::ComputePass) {
-        self.deblocker.record_in(pass, &self.bound);
+        by_construction(self.deblocker.record_in(pass, &self.bound));
     }
 }

@@ -197,7 +197,8 @@ fn classes(size: [u32; 2], coordinates: &Coordinates, full: &[u8]) -> RgbaImage 
     })
 }
 
-/// Primaries and duplicates, in the slides' manner: tiles in which every pixel is its own primary are yellow.
+/// Primaries and duplicates, in the slides' manner ("VRCS 16x16 Tile Debug"): tiles in which every pixel is its own primary are yellow,
+/// those that are one rate throughout green.
 fn primaries(size: [u32; 2], coordinates: &Coordinates) -> RgbaImage {
     let [width, height] = size;
     let map = coordinates.map();
@@ -206,12 +207,14 @@ fn primaries(size: [u32; 2], coordinates: &Coordinates) -> RgbaImage {
         let tile = y / tile_height * coordinates.layout.tiles[0] + x / tile_width;
         let is_edge = x % tile_width == 0 || y % tile_height == 0;
         let index = y * width + x;
-        let color = if coordinates.header(tile).is_identity() {
-            [235, 200, 60]
-        } else if map[index as usize] == index {
-            [70, 150, 230]
-        } else {
-            [38, 44, 58]
+        let header = coordinates.header(tile);
+        let is_primary = map[index as usize] == index;
+        let color = match (header.is_identity(), header.is_uniform(), is_primary) {
+            (true, ..) => [235, 200, 60],
+            (_, true, true) => [80, 200, 120],
+            (_, true, false) => [30, 66, 44],
+            (_, _, true) => [70, 150, 230],
+            (_, _, false) => [38, 44, 58],
         };
         let shown = match is_edge {
             true => color.map(|c: u8| c / 2),

@@ -120,8 +120,27 @@ pub enum Mismatch {
         /// The view's largest rate.
         view: Rate,
     },
-    /// They were made for different devices of one instance. (wgpu numbers devices by instance, so those of two may not be told apart.)
-    #[error("the pass and the view belong to different devices")]
+    /// The view's entries carry linear depth and the pass was not rewritten for that, or the other way round.
+    #[error(
+        "the view's entries carry linear depth: {view}; the pass was rewritten for entries that do: {pass}. Let `BuildOptions::linear_depth` and \
+         the rewrite's `Options::linear_depth` (which a shader that asks `vrcs_depth()` turns on) agree"
+    )]
+    LinearDepth {
+        /// Whether the pass reads it.
+        pass: bool,
+        /// Whether the view's entries carry it.
+        view: bool,
+    },
+    /// The shader asks for the user's own bits of its tile, and the view's build has none.
+    #[error(
+        "the shader asks `vrcs_user()`, and the view's build options do not ask for the user's own bits of each tile: make the view with \
+         `Pass::build_options`"
+    )]
+    User,
+    /// They were made for different devices, of one instance or of several.
+    #[error(
+        "the pass and the view belong to different devices: make a view with the pass's device, or the pass once more with the view's"
+    )]
     Device,
     /// More workgroups on one axis than the device dispatches.
     #[error(

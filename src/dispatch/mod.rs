@@ -19,6 +19,7 @@ use vrcs_passes::{
     options::{Mode, Place},
 };
 
+use crate::home::Home;
 pub use error::{Mismatch, PassError};
 use pipeline::Made;
 pub(crate) use pipeline::group_size;
@@ -72,7 +73,7 @@ impl<'p> PassOptions<'p> {
 /// A rewritten shader, ready to be dispatched over [views](crate::View).
 #[derive(Debug)]
 pub struct Pass {
-    device: wgpu::Device,
+    home: Home,
     label: String,
     pipeline: wgpu::ComputePipeline,
     /// Where the added bindings are.
@@ -135,7 +136,9 @@ impl Pass {
         let rewritten =
             vrcs_passes::rewrite(module, info, entry, &rewrite_options).map_err(refused)?;
         let Some(manifest) = rewritten.manifest.entries.first().cloned() else {
-            unreachable!("a rewrite without a refusal has an entry");
+            return Err(PassError::Manifest(
+                "the rewriter made no entry point".to_owned(),
+            ));
         };
         let is_given = |group: u32| {
             let layout = options.layouts.get(group as usize);

@@ -15,7 +15,7 @@ use super::{
     Pass, PassError, PassOptions,
     reflect::{self, Resource},
 };
-use crate::{limits::Needs, scope, view::View};
+use crate::{home::Home, limits::Needs, scope, view::View};
 
 /// A rewritten module, and what is known of it.
 pub(super) struct Made<'m> {
@@ -44,7 +44,7 @@ pub(super) fn make(
     let name = made.manifest.name.clone();
     check_tile(&made.manifest, made.original_group_size)?;
     let added = place_of(&made.manifest)?;
-    let index = entry_index(&made.module, &name);
+    let index = entry_index(&made.module, &name)?;
     let needs = Needs::of_entry(&made.module, made.info, index, workgroup_of(&made));
     needs.check(device, &format!("the entry point `{name}`"))?;
     let resources = reflect::resources(&made.module, made.info, index)?;
@@ -78,7 +78,7 @@ pub(super) fn make(
     })
     .map_err(|error| in_terms_of_layouts(&error, &resources))?;
     Ok(Pass {
-        device: device.clone(),
+        home: Home::of(device),
         label,
         pipeline,
         added,
@@ -117,15 +117,13 @@ fn in_terms_of_layouts(error: &wgpu::Error, resources: &[Resource]) -> PassError
     }
 }
 
-pub(super) fn entry_index(module: &Module, name: &str) -> usize {
-    let found = module
-        .entry_points
-        .iter()
-        .position(|entry| entry.name == name && entry.stage == ShaderStage::Compute);
-    match found {
-        Some(index) => index,
-        None => unreachable!("the rewriter keeps the names of entry points"),
-    }
+fn entry_index(module: &Module, name: &str) -> Result<usize, PassError> {
+    let mut entries = module.entry_points.iter();
+    entries
+        .position(|entry| entry.name == name && entry.stage == ShaderStage::Compute)
+        .ok_or_else(|| {
+            PassError::Manifest(format!("the shader has no compute entry point `{name}`"))
+        })
 }
 
 /// Refuses a workgroup that has to be a tile, and is larger than tiles can be.
@@ -163,7 +161,8 @@ pub(crate) fn group_size(
         &constants,
     )
     .map_err(|error| PassError::Constants(error.to_string()))?;
-    Ok(resolved.entry_points[entry_index(&resolved, entry)].workgroup_size)
+    let index = entry_index(&resolved, entry)?;
+    Ok(resolved.entry_points[index].workgroup_size)
 }
 
 /// Where the added bindings are.

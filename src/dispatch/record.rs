@@ -6,8 +6,8 @@ use super::{Mismatch, Pass};
 use crate::{build::BuildOptions, rate::Rate, view::View};
 
 impl Pass {
-    /// What a view's build has to be for this pass, other wishes being as given: its mode, its tile, and a largest rate that both
-    /// the pass copies and the tile has room for.
+    /// What a view's build has to be for this pass, other wishes being as given: its mode, its tile, a largest rate that both
+    /// the pass copies and the tile has room for, and the user's own bits of each tile if its shader asks for them.
     ///
     /// A view that several passes share needs what each of them does; where their tiles differ, it takes two views.
     pub fn build_options(&self, wishes: BuildOptions) -> BuildOptions {
@@ -15,6 +15,7 @@ impl Pass {
         let mode = self.manifest.mode;
         let options = BuildOptions {
             modes: wishes.modes.with(mode),
+            user: wishes.user || self.manifest.user,
             ..wishes
         };
         if mode == Mode::Graded {
@@ -33,13 +34,23 @@ impl Pass {
     /// # Errors
     /// What does not fit.
     pub fn check(&self, view: &View) -> Result<(), Mismatch> {
-        if self.device != *view.device() {
+        if self.home != *view.home() {
             return Err(Mismatch::Device);
         }
         let built = view.options();
         let mode = self.manifest.mode;
         if !built.modes.has(mode) {
             return Err(Mismatch::Mode { pass: mode });
+        }
+        let is_deep = built.linear_depth.is_some();
+        if mode != Mode::Graded && self.manifest.linear_depth != is_deep {
+            return Err(Mismatch::LinearDepth {
+                pass: self.manifest.linear_depth,
+                view: is_deep,
+            });
+        }
+        if self.manifest.user && !built.user {
+            return Err(Mismatch::User);
         }
         let tile = self.manifest.tile_for(self.original_group_size);
         if mode != Mode::Graded && built.tile != tile {

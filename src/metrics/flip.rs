@@ -12,8 +12,8 @@ pub struct Flip {
     pub mean: f64,
     /// The value that 99 % of the pixels stay below, 0 to 1.
     pub p99: f64,
-    /// The error of each pixel in the magma colours: RGB, row by row.
-    pub map: Vec<u8>,
+    /// The error of each pixel, row by row.
+    pub errors: Vec<f32>,
 }
 
 /// Compares two pictures, at the authors' viewing distance.
@@ -32,16 +32,27 @@ pub fn flip(reference: Shown, test: Shown) -> Flip {
         nv_flip::FlipImageRgb8::with_data(shown.width, shown.height, &bytes)
     };
     let errors = nv_flip::flip(rgb(&reference), rgb(&test), PIXELS_PER_DEGREE);
-    let map = errors.apply_color_lut(&nv_flip::magma_lut()).to_vec();
-    let mut values = errors.to_vec();
-    let mean = values.iter().map(|&v| f64::from(v)).sum::<f64>() / values.len() as f64;
-    values.sort_by(f32::total_cmp);
-    let at = ((values.len() as f64 * 0.99).ceil() as usize).clamp(1, values.len()) - 1;
+    let errors = errors.to_vec();
+    let mean = errors.iter().map(|&v| f64::from(v)).sum::<f64>() / errors.len() as f64;
+    let at = ((errors.len() as f64 * 0.99).ceil() as usize).clamp(1, errors.len()) - 1;
+    let mut order = errors.clone();
+    let (_, p99, _) = order.select_nth_unstable_by(at, f32::total_cmp);
     Flip {
         mean,
-        p99: f64::from(values[at]),
-        map,
+        p99: f64::from(*p99),
+        errors,
     }
+}
+
+/// Errors in the magma colours, as the authors show them: RGB for each.
+pub fn magma(errors: &[f32]) -> Vec<u8> {
+    let colours = nv_flip::magma_lut().to_vec();
+    let last = (colours.len() / 3).saturating_sub(1);
+    let colour = |&error: &f32| {
+        let at = (error.clamp(0.0, 1.0) * last as f32 + 0.5) as usize;
+        <[u8; 3]>::try_from(&colours[at * 3..at * 3 + 3]).unwrap_or_default()
+    };
+    errors.iter().flat_map(colour).collect()
 }
 
 #[cfg(test)]
@@ -91,7 +102,8 @@ mod tests {
         b[4 * (16 * 32 + 16)] = 255;
         let found = flip(Shown::new([32, 32], &a), Shown::new([32, 32], &b));
         assert!(found.mean > 0.0 && found.mean < 0.05, "{}", found.mean);
-        assert_eq!(found.map.len(), 32 * 32 * 3);
-        assert_ne!(found.map[3 * (16 * 32 + 16)..][..3], found.map[..3]);
+        let map = magma(&found.errors);
+        assert_eq!(map.len(), 32 * 32 * 3);
+        assert_ne!(map[3 * (16 * 32 + 16)..][..3], map[..3]);
     }
 }

@@ -13,7 +13,7 @@ mod flip;
 mod seam;
 mod ssim;
 
-pub use flip::{Flip, PIXELS_PER_DEGREE, flip};
+pub use flip::{Flip, PIXELS_PER_DEGREE, flip, magma};
 pub use seam::seam;
 pub use ssim::ssim;
 
@@ -54,11 +54,19 @@ impl<'p> Shown<'p> {
 
     /// Luma of the encoded values, 0 to 255 (Rec. 601, as SSIM's authors use).
     fn grey(&self) -> Vec<f64> {
-        self.rgba
-            .chunks_exact(4)
-            .map(|p| 0.299 * f64::from(p[0]) + 0.587 * f64::from(p[1]) + 0.114 * f64::from(p[2]))
-            .collect()
+        self.rgba.chunks_exact(4).map(grey).collect()
     }
+
+    /// The same of a row.
+    fn grey_row(&self, y: usize) -> Vec<f64> {
+        let pitch = self.width as usize * 4;
+        let row = &self.rgba[y * pitch..(y + 1) * pitch];
+        row.chunks_exact(4).map(grey).collect()
+    }
+}
+
+fn grey(p: &[u8]) -> f64 {
+    0.299 * f64::from(p[0]) + 0.587 * f64::from(p[1]) + 0.114 * f64::from(p[2])
 }
 
 /// Peak signal-to-noise ratio over red, green and blue, in decibels; infinite if the pictures are equal.
@@ -67,18 +75,16 @@ impl<'p> Shown<'p> {
 /// If the pictures differ in size.
 pub fn psnr(reference: Shown, test: Shown) -> f64 {
     reference.assert_same_size(&test);
-    let mut sum = 0.0;
-    for (a, b) in reference
-        .rgba
-        .chunks_exact(4)
-        .zip(test.rgba.chunks_exact(4))
-    {
+    let mut sum = 0u64;
+    let pixels = reference.rgba.chunks_exact(4);
+    for (a, b) in pixels.zip(test.rgba.chunks_exact(4)) {
         for channel in 0..3 {
-            sum += (f64::from(a[channel]) - f64::from(b[channel])).powi(2);
+            let step = u64::from(a[channel].abs_diff(b[channel]));
+            sum += step * step;
         }
     }
     let count = f64::from(reference.width) * f64::from(reference.height) * 3.0;
-    10.0 * (255.0f64.powi(2) / (sum / count)).log10()
+    10.0 * (255.0f64.powi(2) / (sum as f64 / count)).log10()
 }
 
 /// The share of quads whose byte differs between two frames' shading-rate images, 0 to 1.

@@ -2,10 +2,14 @@
 //! Gaussian windows of 11×11, σ = 1.5, K = 0.01 and 0.03, on the luma of the encoded picture, averaged over all windows that
 //! lie inside.
 
+use rayon::prelude::*;
+
 use super::Shown;
 
 const RADIUS: usize = 5;
 const SIDE: usize = 2 * RADIUS + 1;
+/// Rows of windows that are looked at together.
+const BAND: usize = 64;
 const C1: f64 = (0.01 * 255.0) * (0.01 * 255.0);
 const C2: f64 = (0.03 * 255.0) * (0.03 * 255.0);
 
@@ -17,53 +21,78 @@ const C2: f64 = (0.03 * 255.0) * (0.03 * 255.0);
 pub fn ssim(reference: Shown, test: Shown) -> f64 {
     reference.assert_same_size(&test);
     let (width, height) = (reference.width as usize, reference.height as usize);
-    let (a, b) = (reference.grey(), test.grey());
-    let product = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| x * y).collect::<Vec<f64>>();
-    let moments = [product(&a, &a), product(&b, &b), product(&a, &b)];
     if width < SIDE || height < SIDE {
-        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-        let [aa, bb, ab] = moments.map(|m| mean(&m));
-        return of_window(mean(&a), mean(&b), aa, bb, ab);
+        return of_one_window(&reference.grey(), &test.grey());
     }
-    let blur = |values: &[f64]| blur(values, width, height);
-    let (mean_a, mean_b) = (blur(&a), blur(&b));
-    let [aa, bb, ab] = moments.map(|m| blur(&m));
-    let count = mean_a.len();
-    (0..count)
-        .map(|i| of_window(mean_a[i], mean_b[i], aa[i], bb[i], ab[i]))
-        .sum::<f64>()
-        / count as f64
+    let (inner, rows) = (width - SIDE + 1, height - SIDE + 1);
+    let tops: Vec<usize> = (0..rows).step_by(BAND).collect();
+    let sums: Vec<f64> = tops
+        .into_par_iter()
+        .map(|top| {
+            let bottom = (top + BAND).min(rows);
+            of_band(&reference, &test, top, bottom)
+        })
+        .collect();
+    sums.into_iter().sum::<f64>() / (inner * rows) as f64
+}
+
+/// The moments of a pair of values: a, b, a², b² and ab.
+type Moments = [f64; 5];
+
+fn of_one_window(a: &[f64], b: &[f64]) -> f64 {
+    let weight = 1.0 / a.len() as f64;
+    let mut sums: Moments = [0.0; 5];
+    for (a, b) in a.iter().zip(b) {
+        add(&mut sums, weight, *a, *b);
+    }
+    of_window(sums)
+}
+
+/// The sum of SSIM over the windows whose first rows are `top` to `bottom`.
+fn of_band(reference: &Shown, test: &Shown, top: usize, bottom: usize) -> f64 {
+    let width = reference.width as usize;
+    let inner = width - SIDE + 1;
+    let weights = weights();
+    let mut rows: Vec<Moments> = Vec::with_capacity(inner * (bottom - top + SIDE - 1));
+    for y in top..bottom + SIDE - 1 {
+        let (a, b) = (reference.grey_row(y), test.grey_row(y));
+        for x in 0..inner {
+            let mut sums: Moments = [0.0; 5];
+            for (i, weight) in weights.iter().enumerate() {
+                add(&mut sums, *weight, a[x + i], b[x + i]);
+            }
+            rows.push(sums);
+        }
+    }
+    let mut sum = 0.0;
+    for y in 0..bottom - top {
+        for x in 0..inner {
+            let mut sums: Moments = [0.0; 5];
+            for (i, weight) in weights.iter().enumerate() {
+                let row = &rows[(y + i) * inner + x];
+                for (sum, value) in sums.iter_mut().zip(row) {
+                    *sum += weight * value;
+                }
+            }
+            sum += of_window(sums);
+        }
+    }
+    sum
+}
+
+fn add(sums: &mut Moments, weight: f64, a: f64, b: f64) {
+    sums[0] += weight * a;
+    sums[1] += weight * b;
+    sums[2] += weight * a * a;
+    sums[3] += weight * b * b;
+    sums[4] += weight * a * b;
 }
 
 /// From the means of a, b, a², b² and ab over a window.
-fn of_window(a: f64, b: f64, aa: f64, bb: f64, ab: f64) -> f64 {
+fn of_window([a, b, aa, bb, ab]: Moments) -> f64 {
     let (variance_a, variance_b, covariance) = (aa - a * a, bb - b * b, ab - a * b);
     (2.0 * a * b + C1) * (2.0 * covariance + C2)
         / ((a * a + b * b + C1) * (variance_a + variance_b + C2))
-}
-
-/// The weighted mean over each window that lies inside, row by row.
-fn blur(values: &[f64], width: usize, height: usize) -> Vec<f64> {
-    let weights = weights();
-    let inner = width - SIDE + 1;
-    let mut rows = Vec::with_capacity(inner * height);
-    for y in 0..height {
-        for x in 0..inner {
-            let row = &values[y * width + x..][..SIDE];
-            rows.push(row.iter().zip(&weights).map(|(v, w)| v * w).sum::<f64>());
-        }
-    }
-    let mut blurred = Vec::with_capacity(inner * (height - SIDE + 1));
-    for y in 0..height - SIDE + 1 {
-        for x in 0..inner {
-            blurred.push(
-                (0..SIDE)
-                    .map(|i| rows[(y + i) * inner + x] * weights[i])
-                    .sum(),
-            );
-        }
-    }
-    blurred
 }
 
 fn weights() -> [f64; SIDE] {

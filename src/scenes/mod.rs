@@ -34,7 +34,10 @@ pub enum SceneName {
 }
 
 /// A pass of a scene that is made variable-rate.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize,
+)]
+#[serde(rename_all = "lowercase")]
 pub enum PassName {
     /// Textures: colour, roughness, emission.
     Material,
@@ -42,17 +45,28 @@ pub enum PassName {
     Lighting,
     /// Ambient occlusion and reflections by short ray marches.
     Rays,
+    /// Clouds, and shafts of light in the haze, by ray marches.
+    Atmosphere,
     /// Fog, tone curve, grain.
     Composite,
 }
 
 impl PassName {
+    /// All passes that scenes have.
+    pub const ALL: [PassName; 5] = [
+        PassName::Material,
+        PassName::Lighting,
+        PassName::Rays,
+        PassName::Atmosphere,
+        PassName::Composite,
+    ];
+
     /// What becomes of pixels that show nothing, if they are told: the sky's colour is made by the lighting and shown by the
-    /// composite; textures and rays have nothing to do there, and nothing reads what they would leave.
+    /// composite, and clouds are in it; textures and rays have nothing to do there, and nothing reads what they would leave.
     pub fn sky(self) -> Sky {
         match self {
             PassName::Material | PassName::Rays => Sky::Skip,
-            PassName::Lighting | PassName::Composite => Sky::Shade,
+            PassName::Lighting | PassName::Atmosphere | PassName::Composite => Sky::Shade,
         }
     }
 
@@ -62,6 +76,7 @@ impl PassName {
             PassName::Material => "material",
             PassName::Lighting => "lighting",
             PassName::Rays => "rays",
+            PassName::Atmosphere => "atmosphere",
             PassName::Composite => "composite",
         }
     }
@@ -86,6 +101,8 @@ pub struct Declared {
     pub sky: bool,
     /// Noise on the picture that must not become coarse blocks.
     pub grain: bool,
+    /// Something to see through, laid over the finished picture: there is a picture before and one after.
+    pub transparents: bool,
 }
 
 macro_rules! shader {
@@ -124,10 +141,12 @@ impl SceneName {
     /// What it shows, in a sentence.
     pub fn about(self) -> &'static str {
         match self {
-            SceneName::Interior => "a hall with 64 lamps, polished metal and a mirror-like floor",
+            SceneName::Interior => {
+                "a hall with 64 lamps, polished metal, a mirror-like floor and plumes of steam"
+            }
             SceneName::Foliage => "trees and grass with alpha-tested leaves in the wind",
             SceneName::Landscape => {
-                "hills, towers and grainy haze under a wide sky, from a fast aircraft"
+                "hills and towers with shafts of light in grainy haze, under a wide sky of clouds, from a fast aircraft"
             }
             SceneName::Text => {
                 "print that scrolls, rulings, a fan of lines and a zone plate on a slanted board, without motion vectors"
@@ -150,7 +169,7 @@ impl SceneName {
         }
     }
 
-    /// Its shader: six files that make one module.
+    /// Its shader: files that make one module.
     pub fn source(self) -> Source {
         let mut source = Source::new("scenes/common.wgsl", shader!("common.wgsl"));
         source.push(format!("scenes/{}.wgsl", self.name()), self.text());
@@ -160,9 +179,14 @@ impl SceneName {
             true => source.push("scenes/motion.wgsl", shader!("motion.wgsl")),
             false => source.push("scenes/nomotion.wgsl", shader!("nomotion.wgsl")),
         }
-        match self.passes().contains(&PassName::Rays) {
-            true => source.push("scenes/rays.wgsl", shader!("rays.wgsl")),
-            false => source.push("scenes/norays.wgsl", shader!("norays.wgsl")),
+        let runs = |pass| self.passes().contains(&pass);
+        match (runs(PassName::Rays), runs(PassName::Atmosphere)) {
+            (true, _) => source.push("scenes/rays.wgsl", shader!("rays.wgsl")),
+            (_, true) => source.push("scenes/atmosphere.wgsl", shader!("atmosphere.wgsl")),
+            _ => source.push("scenes/norays.wgsl", shader!("norays.wgsl")),
+        }
+        if self.declared().transparents {
+            source.push("scenes/transparents.wgsl", shader!("transparents.wgsl"));
         }
         source
     }
@@ -171,7 +195,8 @@ impl SceneName {
     pub fn passes(self) -> &'static [PassName] {
         use PassName as P;
         match self {
-            SceneName::Landscape | SceneName::Ramps => &[P::Material, P::Lighting, P::Composite],
+            SceneName::Landscape => &[P::Material, P::Lighting, P::Atmosphere, P::Composite],
+            SceneName::Ramps => &[P::Material, P::Lighting, P::Composite],
             _ => &[P::Material, P::Lighting, P::Rays, P::Composite],
         }
     }
@@ -200,6 +225,7 @@ impl SceneName {
                 surface_ids: true,
                 triangle_ids: true,
                 materials: true,
+                transparents: true,
                 ..Declared::default()
             },
             SceneName::Foliage => Declared {

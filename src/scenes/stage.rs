@@ -6,6 +6,7 @@
 
 use std::collections::{HashMap, HashSet};
 
+use rayon::prelude::*;
 use vrcs_passes::{Options, input};
 
 use super::{PassName, SceneName, frame::Frame};
@@ -54,12 +55,13 @@ pub struct Stage {
     textures: HashMap<&'static str, wgpu::Texture>,
     gbuffer: Vec<FullRate>,
     camera_motion: Option<FullRate>,
+    transparents: Option<FullRate>,
     passes: Vec<(PassName, FullRate)>,
     rewritten: Rewritten,
 }
 
 /// The textures that there can be: name and format.
-const TEXTURES: [(&str, wgpu::TextureFormat); 12] = [
+const TEXTURES: [(&str, wgpu::TextureFormat); 13] = [
     ("ids", wgpu::TextureFormat::R32Uint),
     ("depth", wgpu::TextureFormat::R32Float),
     ("normals", wgpu::TextureFormat::Rgba16Float),
@@ -72,12 +74,14 @@ const TEXTURES: [(&str, wgpu::TextureFormat); 12] = [
     ("light", wgpu::TextureFormat::Rgba16Float),
     ("traced", wgpu::TextureFormat::Rgba16Float),
     ("picture", wgpu::TextureFormat::Rgba8Unorm),
+    ("shown", wgpu::TextureFormat::Rgba8Unorm),
 ];
 
 /// The texture behind a variable of the shaders.
 fn texture_of(variable: &str) -> &str {
     match variable {
         "normal_out" => "normals",
+        "opaque" => "picture",
         other => other.trim_end_matches("_out"),
     }
 }
@@ -127,14 +131,18 @@ impl Stage {
         };
         let full_rate = |entry: &str| maker.full_rate(entry).map_err(|e| failed(&e));
         let gbuffer: Result<Vec<FullRate>, StageError> =
-            scene.gbuffer().into_iter().map(full_rate).collect();
+            scene.gbuffer().into_par_iter().map(full_rate).collect();
         let passes: Result<Vec<(PassName, FullRate)>, StageError> = scene
             .passes()
-            .iter()
+            .par_iter()
             .map(|&name| Ok((name, full_rate(name.entry())?)))
             .collect();
         let camera_motion = match scene.declared().camera_motion {
             true => Some(full_rate("camera_motion")?),
+            false => None,
+        };
+        let transparents = match scene.declared().transparents {
+            true => Some(full_rate("transparents")?),
             false => None,
         };
         Ok(Stage {
@@ -142,6 +150,7 @@ impl Stage {
             size,
             gbuffer: gbuffer?,
             camera_motion,
+            transparents,
             passes: passes?,
             rewritten: rewrite(gpu, scene, options)?,
             frame,
@@ -165,9 +174,14 @@ impl Stage {
     }
 
     /// One of the textures: `ids`, `depth`, `normals`, `albedo`, `surface`, `light` and `picture`; and, as the scene declares them,
-    /// `surfaces`, `materials`, `motion`, `noise` and `traced`.
+    /// `surfaces`, `materials`, `motion`, `noise`, `traced` and `shown`.
     pub fn texture(&self, name: &str) -> Option<&wgpu::Texture> {
         self.textures.get(name)
+    }
+
+    /// What is shown in the end, `rgba8unorm`: the finished picture and, in a scene that declares them, transparents over it.
+    pub fn shown(&self) -> &wgpu::Texture {
+        self.texture("shown").unwrap_or_else(|| self.picture())
     }
 
     /// The finished picture, `rgba8unorm`.
@@ -196,6 +210,13 @@ impl Stage {
     pub fn record_camera_motion(&self, pass: &mut wgpu::ComputePass) {
         if let Some(camera_motion) = &self.camera_motion {
             self.record(pass, camera_motion);
+        }
+    }
+
+    /// Records what lays transparents over the finished picture, in a scene that declares them: always at full rate.
+    pub fn record_transparents(&self, pass: &mut wgpu::ComputePass) {
+        if let Some(transparents) = &self.transparents {
+            self.record(pass, transparents);
         }
     }
 
@@ -246,8 +267,8 @@ pub fn rewrite(gpu: &Gpu, scene: SceneName, options: &Options) -> Result<Rewritt
     };
     let source = scene.source();
     let (module, info) = input::wgsl(&source).map_err(|error| failed(&error))?;
-    let mut passes = Vec::new();
-    for &name in scene.passes() {
+    // drivers compile each on a processor of its own
+    let make = |&name: &PassName| {
         let pass_options = PassOptions {
             label: Some(name.entry()),
             entry: Some(name.entry()),
@@ -259,10 +280,12 @@ pub fn rewrite(gpu: &Gpu, scene: SceneName, options: &Options) -> Result<Rewritt
         };
         let pass = Pass::from_module(&gpu.device, &module, &info, &source, &pass_options)
             .map_err(|e| failed(&e))?;
-        passes.push((name, pass));
-    }
+        Ok((name, pass))
+    };
+    let passes: Result<Vec<(PassName, Pass)>, StageError> =
+        scene.passes().par_iter().map(make).collect();
     gpu.check().map_err(|e| failed(&e))?;
-    Ok(Rewritten { passes })
+    Ok(Rewritten { passes: passes? })
 }
 
 /// What an entry point binds.
@@ -282,10 +305,19 @@ fn bound(
     module: &naga::Module,
     info: &naga::valid::ModuleInfo,
 ) -> Result<HashSet<String>, String> {
-    let camera_motion = scene.declared().camera_motion.then_some("camera_motion");
+    let declared = scene.declared();
+    let more = [
+        declared.camera_motion.then_some("camera_motion"),
+        declared.transparents.then_some("transparents"),
+    ];
     let own = scene.passes().iter().map(|pass| pass.entry());
     let mut names = HashSet::new();
-    for entry in scene.gbuffer().into_iter().chain(own).chain(camera_motion) {
+    for entry in scene
+        .gbuffer()
+        .into_iter()
+        .chain(own)
+        .chain(more.into_iter().flatten())
+    {
         let resources = resources_of(module, info, entry)?;
         names.extend(resources.iter().map(|r| texture_of(&r.name).to_owned()));
     }

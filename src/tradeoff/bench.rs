@@ -6,7 +6,7 @@
 //!
 //! [turns]: super::turns
 
-use std::{cell::RefCell, collections::BTreeMap, rc::Rc};
+use std::{cell::RefCell, collections::BTreeMap, rc::Rc, sync::Arc};
 
 use rayon::prelude::*;
 use vrcs_passes::Options as Rewrite;
@@ -15,7 +15,7 @@ use super::{
     Trouble,
     clock::{Clock, FrameTimes, Recorder},
     realise::{Realised, realise},
-    rig::{Left, Rig},
+    rig::{Kernels, Left, Rig},
     setting::Setting,
     study::{Errors, Seen},
     turns::{Round, Rounds, Taken, take},
@@ -37,7 +37,7 @@ const FIRST: u32 = 30;
 /// Frames before anything is measured, in which the analysis finds its history.
 const WARM: u32 = 3;
 /// Frames that are compared, at most: one for each phase of rotating primaries.
-const COMPARED: u32 = 4;
+pub const COMPARED: u32 = 4;
 /// The name of the pass that never changes.
 pub const CONTROL: &str = "control";
 
@@ -48,10 +48,12 @@ pub struct Bench<'g> {
     scene: SceneName,
     size: [u32; 2],
     seed: u64,
+    compared: u32,
     stage: Stage,
     poison: wgpu::Texture,
+    kernels: Kernels,
     rewritten: RefCell<Vec<(Rewrite, Rc<Rewritten>)>>,
-    full: RefCell<BTreeMap<u32, Rc<Vec<u8>>>>,
+    full: RefCell<BTreeMap<u32, Arc<Vec<u8>>>>,
 }
 
 /// The last frame of an animation at a setting.
@@ -62,9 +64,7 @@ pub struct Last {
     /// Its picture, RGBA.
     pub picture: Vec<u8>,
     /// The same at full rate.
-    pub full: Rc<Vec<u8>>,
-    /// The ꟻLIP map, RGB.
-    pub map: Vec<u8>,
+    pub full: Arc<Vec<u8>>,
     /// For each pixel, whether passes that have nothing to do in the sky skip it; nothing if none does.
     pub skipped: Option<Vec<bool>>,
 }
@@ -72,8 +72,40 @@ pub struct Last {
 /// A frame that was drawn.
 struct Drawn {
     number: u32,
-    picture: Vec<u8>,
+    /// Of the frames that are compared.
+    picture: Option<Vec<u8>>,
     left: Left,
+}
+
+/// What a setting has drawn, not yet compared with full rate: needs no device any more.
+#[derive(Debug)]
+pub struct Uncompared {
+    size: [u32; 2],
+    /// All that is known without comparing.
+    seen: Seen,
+    /// Full rate, variable rate.
+    pairs: Vec<(Arc<Vec<u8>>, Vec<u8>)>,
+}
+
+impl Uncompared {
+    /// Bytes of the pictures of one, at most.
+    pub fn bytes(size: [u32; 2]) -> u64 {
+        u64::from(size[0]) * u64::from(size[1]) * 4 * u64::from(COMPARED)
+    }
+
+    /// Compares: processors' work, of seconds for large pictures.
+    pub fn compare(self) -> Seen {
+        let flips = self.seen.error.flips;
+        let identical = self.pairs.iter().all(|(full, own)| full.as_ref() == own);
+        Seen {
+            identical,
+            error: Errors {
+                flips,
+                ..compare(self.size, &self.pairs)
+            },
+            ..self.seen
+        }
+    }
 }
 
 impl<'g> Bench<'g> {
@@ -120,11 +152,18 @@ impl<'g> Bench<'g> {
             scene,
             size,
             seed,
+            compared: COMPARED,
             stage,
             poison,
+            kernels: Kernels::default(),
             rewritten: RefCell::default(),
             full: RefCell::default(),
         })
+    }
+
+    /// Compares so many frames of each setting, the last, in place of [`COMPARED`].
+    pub fn comparing(self, compared: u32) -> Bench<'g> {
+        Bench { compared, ..self }
     }
 
     /// The scene.
@@ -158,6 +197,7 @@ impl<'g> Bench<'g> {
         Rig::new(
             self.gpu,
             self.adapter.as_ref(),
+            &self.kernels,
             &self.stage,
             rewritten,
             realised,
@@ -178,19 +218,19 @@ impl<'g> Bench<'g> {
     ///
     /// # Errors
     /// If the device was lost.
-    pub fn full(&self, number: u32) -> Result<Rc<Vec<u8>>, Trouble> {
+    pub fn full(&self, number: u32) -> Result<Arc<Vec<u8>>, Trouble> {
         if let Some(known) = self.full.borrow().get(&number) {
-            return Ok(Rc::clone(known));
+            return Ok(Arc::clone(known));
         }
         self.set_frame(number);
         let mut recorder = Recorder::untimed(self.gpu);
         recorder.pass(CONTROL, |pass| self.stage.record_geometry(pass));
         self.record_full(&mut recorder);
-        let picture = self
-            .gpu
-            .read_rgba8(recorder.encoder, self.stage.picture())?;
-        let picture = Rc::new(picture);
-        self.full.borrow_mut().insert(number, Rc::clone(&picture));
+        self.stage
+            .record_transparents(&mut recorder.encoder.begin_compute_pass(&Default::default()));
+        let picture = self.gpu.read_rgba8(recorder.encoder, self.stage.shown())?;
+        let picture = Arc::new(picture);
+        self.full.borrow_mut().insert(number, Arc::clone(&picture));
         Ok(picture)
     }
 
@@ -205,24 +245,38 @@ impl<'g> Bench<'g> {
     /// # Errors
     /// If the device was lost.
     pub fn draw(&self, rig: &mut Rig, number: u32) -> Result<Vec<u8>, Trouble> {
-        self.set_frame(number);
-        let mut recorder = Recorder::untimed(self.gpu);
-        recorder.encoder.copy_texture_to_texture(
-            self.poison.as_image_copy(),
-            self.stage.picture().as_image_copy(),
-            self.poison.size(),
-        );
-        recorder.pass(CONTROL, |pass| self.stage.record_geometry(pass));
-        rig.record(&mut recorder, number)?;
-        Ok(self
-            .gpu
-            .read_rgba8(recorder.encoder, self.stage.picture())?)
+        let encoder = self.record(rig, number)?;
+        Ok(self.gpu.read_rgba8(encoder, self.stage.shown())?)
     }
 
-    /// Draws the animation at a setting, and tells of each frame after the warm-up.
+    fn record(&self, rig: &mut Rig, number: u32) -> Result<wgpu::CommandEncoder, Trouble> {
+        self.set_frame(number);
+        let mut recorder = Recorder::untimed(self.gpu);
+        for poisoned in [self.stage.picture(), self.stage.shown()] {
+            recorder.encoder.copy_texture_to_texture(
+                self.poison.as_image_copy(),
+                poisoned.as_image_copy(),
+                self.poison.size(),
+            );
+        }
+        recorder.pass(CONTROL, |pass| self.stage.record_geometry(pass));
+        rig.record(&mut recorder, number)?;
+        Ok(recorder.encoder)
+    }
+
+    /// Draws the animation at a setting, and tells of each frame after the warm-up. Pictures are read of those that are compared alone.
     fn play(&self, rig: &mut Rig, frames: u32, tell: &mut dyn FnMut(Drawn)) -> Result<(), Trouble> {
-        for number in FIRST..FIRST + WARM + frames {
-            let picture = self.draw(rig, number)?;
+        let last = Bench::last(frames);
+        for number in FIRST..=last {
+            let picture = match number + self.compared > last {
+                true => Some(self.draw(rig, number)?),
+                false => {
+                    let encoder = self.record(rig, number)?;
+                    self.gpu.queue.submit([encoder.finish()]);
+                    self.gpu.check()?;
+                    None
+                }
+            };
             // the frame before the first that is told of is where flips are counted from
             if number + 1 >= FIRST + WARM {
                 tell(Drawn {
@@ -240,6 +294,14 @@ impl<'g> Bench<'g> {
     /// # Errors
     /// If the setting cannot be had, or the device was lost.
     pub fn look(&self, setting: &Setting, frames: u32) -> Result<Seen, Trouble> {
+        Ok(self.frames(setting, frames)?.compare())
+    }
+
+    /// Draws so many frames at a setting, to be compared later.
+    ///
+    /// # Errors
+    /// If the setting cannot be had, or the device was lost.
+    pub fn frames(&self, setting: &Setting, frames: u32) -> Result<Uncompared, Trouble> {
         let realised = realise(self.scene, setting, true).map_err(Trouble::Setting)?;
         let largest = realised.build.map_or(Rate::R1X1, |build| build.largest);
         let mut rig = self.rig(realised)?;
@@ -247,7 +309,6 @@ impl<'g> Bench<'g> {
         let mut seen = Seen::default();
         let mut compared = Vec::new();
         let share = 1.0 / f64::from(frames);
-        let last = Bench::last(frames);
         self.play(&mut rig, frames, &mut |drawn| {
             let Drawn {
                 number,
@@ -259,9 +320,7 @@ impl<'g> Bench<'g> {
                 seen.primary_share += share * left.statistics.primary_share();
                 seen.retired_share += share * left.statistics.retired_share();
                 seen.average_rate += share * average_rate(&left.sri, largest);
-                if number + COMPARED > last {
-                    compared.push((number, picture));
-                }
+                compared.extend(picture.map(|picture| (number, picture)));
             }
             before = Some(left.sri);
         })?;
@@ -270,14 +329,11 @@ impl<'g> Bench<'g> {
         for (number, picture) in compared {
             pairs.push((self.full(number)?, picture));
         }
-        seen.identical = pairs
-            .iter()
-            .all(|(full, variable)| full.as_ref() == variable);
-        seen.error = Errors {
-            flips: seen.error.flips,
-            ..compare(self.size, &pairs)
-        };
-        Ok(seen)
+        Ok(Uncompared {
+            size: self.size,
+            seen,
+            pairs,
+        })
     }
 
     /// The last frame of an animation at a setting.
@@ -298,23 +354,16 @@ impl<'g> Bench<'g> {
         };
         let Some(Drawn {
             number,
-            picture,
+            picture: Some(picture),
             left,
         }) = last
         else {
             return Err(Trouble::Own("no frame was drawn".to_owned()));
         };
-        let full = self.full(number)?;
-        let map = metrics::flip(
-            Shown::new(self.size, &full),
-            Shown::new(self.size, &picture),
-        )
-        .map;
         Ok(Last {
             left,
             picture,
-            full,
-            map,
+            full: self.full(number)?,
             skipped,
         })
     }
@@ -416,37 +465,65 @@ impl Turns<'_, '_> {
 
 /// A pair of pictures, compared.
 struct Compared {
-    flip: metrics::Flip,
+    flip_mean: f64,
+    flip_p99: f64,
     ssim: f64,
     square: f64,
     seam: f64,
 }
 
+impl Compared {
+    fn new(size: [u32; 2], full: &[u8], variable: &[u8]) -> Compared {
+        if full == variable {
+            return Compared {
+                flip_mean: 0.0,
+                flip_p99: 0.0,
+                ssim: 1.0,
+                square: 0.0,
+                seam: 1.0,
+            };
+        }
+        let (full, variable) = (Shown::new(size, full), Shown::new(size, variable));
+        let (flip, (ssim, rest)) = rayon::join(
+            || metrics::flip(full, variable),
+            || {
+                rayon::join(
+                    || metrics::ssim(full, variable),
+                    || {
+                        // an infinite distance from noise is no square error
+                        let psnr = metrics::psnr(full, variable);
+                        let square = 255.0f64.powi(2) / 10f64.powf(psnr / 10.0);
+                        (
+                            square,
+                            metrics::seam(full, variable, Rewrite::default().tile),
+                        )
+                    },
+                )
+            },
+        );
+        let (square, seam) = rest;
+        Compared {
+            flip_mean: flip.mean,
+            flip_p99: flip.p99,
+            ssim,
+            square,
+            seam,
+        }
+    }
+}
+
 /// Compares pairs of pictures: full rate, variable rate. Flips are not seen in them.
-fn compare(size: [u32; 2], pairs: &[(Rc<Vec<u8>>, Vec<u8>)]) -> Errors {
-    let pairs: Vec<(&[u8], &[u8])> = pairs
-        .iter()
-        .map(|(full, variable)| (full.as_slice(), variable.as_slice()))
-        .collect();
+fn compare(size: [u32; 2], pairs: &[(Arc<Vec<u8>>, Vec<u8>)]) -> Errors {
     let found: Vec<Compared> = pairs
         .par_iter()
-        .map(|(full, variable)| {
-            let (full, variable) = (Shown::new(size, full), Shown::new(size, variable));
-            Compared {
-                flip: metrics::flip(full, variable),
-                ssim: metrics::ssim(full, variable),
-                // an infinite distance from noise is no square error
-                square: 255.0f64.powi(2) / 10f64.powf(metrics::psnr(full, variable) / 10.0),
-                seam: metrics::seam(full, variable, Rewrite::default().tile),
-            }
-        })
+        .map(|(full, variable)| Compared::new(size, full, variable))
         .collect();
     let mean =
         |of: &dyn Fn(&Compared) -> f64| found.iter().map(of).sum::<f64>() / found.len() as f64;
     let square = mean(&|c| c.square);
     Errors {
-        flip_mean: mean(&|c| c.flip.mean),
-        flip_p99: mean(&|c| c.flip.p99),
+        flip_mean: mean(&|c| c.flip_mean),
+        flip_p99: mean(&|c| c.flip_p99),
         ssim: mean(&|c| c.ssim),
         psnr: (square > 0.0).then(|| 10.0 * (255.0f64.powi(2) / square).log10()),
         seam: mean(&|c| c.seam),

@@ -14,79 +14,69 @@ pub fn base() -> Setting {
     }
 }
 
+/// The names of all effects.
+pub const NAMES: [&str; 8] = [
+    "motion",
+    "materials",
+    "ids and depth",
+    "grain",
+    "transparents",
+    "sky",
+    "hysteresis",
+    "deblocking",
+];
+
+/// A setting without an effect.
+pub fn without(effect: &str, setting: &Setting) -> Setting {
+    let mut setting = setting.clone();
+    match effect {
+        "motion" => setting.motion = false,
+        "materials" => setting.materials = false,
+        "ids and depth" => setting.sharing = SharingName::Rate,
+        "grain" => setting.grain = false,
+        "transparents" => setting.transparents = false,
+        "sky" => setting.sky = false,
+        "hysteresis" => setting.hysteresis = HysteresisName::Off,
+        "deblocking" => setting.deblock = DeblockName::Off,
+        _ => {}
+    }
+    setting
+}
+
 /// Each effect that runs for a scene at that preset, by name, and the preset without it.
 pub fn effects(scene: SceneName) -> Vec<(&'static str, Setting)> {
     let base = base();
     let declared = scene.declared();
-    let has_motion = declared.motion_vectors || declared.camera_motion;
-    let tells_surfaces = declared.surface_ids || declared.triangle_ids || declared.depth;
-    let all = [
-        (
-            "motion",
-            has_motion,
-            Setting {
-                motion: false,
-                ..base.clone()
-            },
-        ),
-        (
-            "materials",
-            declared.materials,
-            Setting {
-                materials: false,
-                ..base.clone()
-            },
-        ),
-        (
-            "ids and depth",
-            tells_surfaces,
-            Setting {
-                sharing: SharingName::Rate,
-                ..base.clone()
-            },
-        ),
-        (
-            "grain",
-            declared.grain,
-            Setting {
-                grain: false,
-                ..base.clone()
-            },
-        ),
-        (
-            "sky",
-            declared.sky,
-            Setting {
-                sky: false,
-                ..base.clone()
-            },
-        ),
-        (
-            "hysteresis",
-            true,
-            Setting {
-                hysteresis: HysteresisName::Off,
-                ..base.clone()
-            },
-        ),
-        (
-            "deblocking",
-            true,
-            Setting {
-                deblock: DeblockName::Off,
-                ..base.clone()
-            },
-        ),
-    ];
-    all.into_iter()
-        .filter(|(_, is_there, setting)| *is_there && *setting != base)
-        .map(|(name, _, setting)| (name, setting))
+    let is_there = |effect: &str| match effect {
+        "motion" => declared.motion_vectors || declared.camera_motion,
+        "materials" => declared.materials,
+        "ids and depth" => declared.surface_ids || declared.triangle_ids || declared.depth,
+        "grain" => declared.grain,
+        "transparents" => declared.transparents,
+        "sky" => declared.sky,
+        _ => true,
+    };
+    let there = NAMES.into_iter().filter(|name| is_there(name));
+    there
+        .map(|name| (name, without(name, &base)))
+        .filter(|(_, setting)| *setting != base)
         .collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_effect_can_be_left_out() {
+        for name in NAMES {
+            assert_ne!(
+                without(name, &Setting::default()),
+                Setting::default(),
+                "{name}"
+            );
+        }
+    }
 
     #[test]
     fn a_scene_has_the_effects_that_it_declares() {

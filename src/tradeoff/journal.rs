@@ -28,6 +28,8 @@ pub struct With {
     pub size: [u32; 2],
     /// Frames of each point.
     pub frames: u32,
+    /// Of these so many are compared.
+    pub compared: u32,
     /// Timed frames of each point.
     pub rounds: u32,
     /// Where all chance comes from.
@@ -199,6 +201,7 @@ mod tests {
             build: "1".to_owned(),
             size: [64, 32],
             frames: 4,
+            compared: 4,
             rounds: 3,
             seed: 9,
         }

@@ -7,9 +7,9 @@ use super::Trouble;
 use crate::check::gpu::{Gpu, GpuError};
 
 /// Bytes for each pixel of a scene's textures, the finished picture's poison and its read-back among them.
-const OF_A_SCENE: u64 = 76;
+const OF_A_SCENE: u64 = 80;
 /// Bytes for each pixel of a setting at work: the picture and depth before, coordinates and lists, rates.
-const OF_A_SETTING: u64 = 32;
+const OF_A_SETTING: u64 = 36;
 
 /// What a study of pictures of this size holds at once, in bytes, with so many settings that are timed together.
 pub fn needed(size: [u32; 2], together: usize) -> u64 {

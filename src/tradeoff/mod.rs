@@ -13,6 +13,7 @@
 //! | [`truth`] | what coarsening really does |
 //! | [`granularity`] | one rate for several quads |
 //! | [`front`] | what nothing beats |
+//! | [`choice`], [`chosen`] | the presets for a scene, by what was measured, and their file |
 //! | [`journal`] | what is finished, on disk, to go on from |
 //! | [`memory`] | whether it fits |
 //! | [`run`] | a whole study |
@@ -27,9 +28,11 @@
 //! vrcs tradeoff --size 1920x1080 --out tradeoff              # the standard sweep; interrupted, it goes on where it was
 //! ```
 //!
-//! writes `report.html`, `points.csv`, `study.json` and `plot.svg`.
+//! writes `report.html`, `points.csv`, `passes.csv`, `study.json`, `plot.svg` and `presets.toml`.
 
 pub mod bench;
+pub mod choice;
+pub mod chosen;
 pub mod clock;
 pub mod effects;
 pub mod front;

@@ -21,9 +21,9 @@ const FOOT: f64 = 48.0;
 
 const STYLE: &str = "svg{color-scheme:light dark;font:12px system-ui,sans-serif}\
 .paper{fill:#fcfcfb}.span{stroke-width:1.2}.span.preset{stroke:#c4501b}.span.on{stroke:#1b6ca8}text{fill:#43484d}.name{fill:#1d1f21;font-weight:600}.grid{stroke:#dfe1e3}.front{stroke:#1b6ca8;fill:none;stroke-width:1.5}\
-.on{fill:#1b6ca8}.off{fill:#a9b1b7}.preset{fill:#c4501b}.peer{fill:#6b4fa0}\
+.on{fill:#1b6ca8}.off{fill:#a9b1b7}.preset{fill:#c4501b}.general{fill:#fcfcfb;stroke:#c4501b;stroke-width:1.5}.peer{fill:#6b4fa0}\
 @media(prefers-color-scheme:dark){.paper{fill:#16181a}.span.preset{stroke:#f08a54}.span.on{stroke:#63b3ea}text{fill:#a8aeb3}.name{fill:#e8e9ea}.grid{stroke:#34383b}.front{stroke:#63b3ea}\
-.on{fill:#63b3ea}.off{fill:#6b747b}.preset{fill:#f08a54}.peer{fill:#b39ae0}}";
+.on{fill:#63b3ea}.off{fill:#6b747b}.preset{fill:#f08a54}.general{fill:#16181a;stroke:#f08a54}.peer{fill:#b39ae0}}";
 
 /// The plot.
 pub fn svg(study: &Study) -> String {
@@ -59,8 +59,9 @@ pub fn svg(study: &Study) -> String {
 /// What each mark means, in a row.
 fn legend(text: &mut String, y: f64) {
     let entries = [
-        ("preset", "preset, with its 95 % interval", 200.0),
-        ("on", "on the front: nothing beats it in both", 250.0),
+        ("preset", "the scene's preset, 95 % interval", 205.0),
+        ("general", "general preset", 105.0),
+        ("on", "on the front", 95.0),
         ("peer", "published estimator", 140.0),
         ("off", "another setting", 0.0),
     ];
@@ -190,18 +191,26 @@ fn panel(text: &mut String, scene: &SceneStudy, left: f64, top: f64) {
     }
     let mut labels: Vec<[f64; 2]> = Vec::new();
     let mut order: Vec<usize> = (0..scene.points.len()).collect();
-    order.sort_by_key(|&i| scene.points[i].preset.is_some());
+    order.sort_by_key(|&i| {
+        (
+            !scene.presets_of(i).is_empty(),
+            scene.points[i].preset.is_some(),
+        )
+    });
     for i in order {
         let point = &scene.points[i];
         let [a, b] = place(point);
         if !(a.is_finite() && b.is_finite()) {
             continue;
         }
-        let (class, radius) = match (&point.preset, point.peer, front.contains(&i)) {
-            (Some(_), ..) => ("preset", 5.0),
-            (None, true, _) => ("peer", 3.5),
-            (None, false, true) => ("on", 3.0),
-            (None, false, false) => ("off", 2.5),
+        let chosen = scene.presets_of(i).join(", ");
+        let is_general = point.preset.is_some();
+        let (class, radius) = match (chosen.is_empty(), point.peer, front.contains(&i)) {
+            (false, ..) => ("preset", 5.0),
+            (true, ..) if is_general => ("general", 3.5),
+            (true, true, _) => ("peer", 3.5),
+            (true, false, true) => ("on", 3.0),
+            (true, false, false) => ("off", 2.5),
         };
         push(
             text,
@@ -219,7 +228,7 @@ fn panel(text: &mut String, scene: &SceneStudy, left: f64, top: f64) {
                 ),
             );
         }
-        if let Some(name) = &point.preset {
+        if !chosen.is_empty() {
             let (anchor, away) = match x(a) > left + WIDTH - 80.0 {
                 true => ("end", -8.0),
                 false => ("start", 8.0),
@@ -229,7 +238,7 @@ fn panel(text: &mut String, scene: &SceneStudy, left: f64, top: f64) {
             push(
                 text,
                 format_args!(
-                    "<text class=\"name\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"{anchor}\">{name}</text>",
+                    "<text class=\"name\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"{anchor}\">{chosen}</text>",
                     at[0], at[1]
                 ),
             );

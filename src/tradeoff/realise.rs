@@ -20,7 +20,7 @@ use crate::{
     coverage::{Coverage, Depth, DepthKind, Sky},
     deblock::{self, Picture},
     plan::{ColourForm, Plan, Scene},
-    scenes::SceneName,
+    scenes::{PassName, SceneName},
 };
 
 /// The format of the scenes' pictures.
@@ -41,6 +41,8 @@ pub struct Realised {
     pub build: Option<BuildOptions>,
     /// How passes are rewritten.
     pub rewrite: Rewrite,
+    /// Passes that run as their author wrote them.
+    pub untouched: Vec<PassName>,
     /// What smooths blocks.
     pub deblock: Option<deblock::Options>,
     /// Whether primaries move.
@@ -108,6 +110,13 @@ fn half_rate(scene: SceneName, setting: &Setting) -> Option<HalfRate> {
 
 fn has_noise(scene: SceneName, setting: &Setting) -> bool {
     scene.declared().grain && setting.grain && peer(setting.estimator).is_none()
+}
+
+/// Whether the picture after transparents is looked at. The deblocker leaves none of it.
+fn sees_through(scene: SceneName, setting: &Setting) -> bool {
+    let is_papers = peer(setting.estimator).is_none();
+    let is_there = scene.declared().transparents && setting.transparents;
+    is_there && is_papers && setting.luma != LumaName::Root
 }
 
 /// What the content of a quad is judged by, in the paper's form.
@@ -194,16 +203,20 @@ fn analysis(scene: SceneName, setting: &Setting) -> Settings {
             ..Settings::default()
         },
     };
+    // what motion alone decides has no error of the content's to tolerate
+    let is_of_content = !judged.is_by_motion_alone();
     Settings {
         reprojection: has_motion.then(Reprojection::default),
         materials: (setting.materials && declared.materials && peer(setting.estimator).is_none())
             .then(Materials::default),
         stability: match setting.hysteresis {
+            _ if !is_of_content => Stability::None,
             HysteresisName::Off => Stability::None,
             HysteresisName::Derived => Stability::Hysteresis,
             HysteresisName::Compensated => Stability::Compensate,
         },
-        half_rate: half_rate(scene, setting),
+        half_rate: half_rate(scene, setting).filter(|_| is_of_content),
+        transparents: sees_through(scene, setting),
         largest: largest(setting.largest),
         ..judged
     }
@@ -213,6 +226,7 @@ fn deblocker(scene: SceneName, setting: &Setting) -> Option<deblock::Options> {
     let declared = scene.declared();
     let plain = deblock::Options {
         luma: (setting.luma == LumaName::Root).then_some(deblock::Luma::SRGB),
+        coverage: !coverage(scene, setting).is_empty(),
         ..deblock::Options::new(Picture::Texture(PICTURE))
     };
     match setting.deblock {
@@ -232,16 +246,18 @@ fn deblocker(scene: SceneName, setting: &Setting) -> Option<deblock::Options> {
 /// If the setting calls for what cannot be had.
 pub fn realise(scene: SceneName, setting: &Setting, instruments: bool) -> Result<Realised, String> {
     let is_exact = setting.quality == Quality::Exact;
-    let deblock = match is_exact || setting.largest == LargestName::R1x1 {
+    let untouched = untouched(scene, setting);
+    let is_idle = untouched.len() == scene.passes().len();
+    let deblock = match is_exact || is_idle || setting.largest == LargestName::R1x1 {
         // without coarse pixels there is nothing to smooth
         true => None,
         false => deblocker(scene, setting),
     };
     let coverage = coverage(scene, setting);
-    let has_machinery = !is_exact || coverage.sky.is_some();
+    let has_machinery = !is_idle;
     let settings = analysis(scene, setting);
     let declared = scene.declared();
-    let plan = match is_exact {
+    let plan = match is_exact || is_idle {
         true => None,
         false => {
             let colour = match (setting.luma, &deblock) {
@@ -260,6 +276,7 @@ pub fn realise(scene: SceneName, setting: &Setting, instruments: bool) -> Result
                 previous_rates: true,
                 materials: declared.materials,
                 noise: has_noise(scene, setting),
+                after_transparents: sees_through(scene, setting),
                 reasons: instruments,
                 ..Scene::default()
             };
@@ -288,12 +305,33 @@ pub fn realise(scene: SceneName, setting: &Setting, instruments: bool) -> Result
             max_rate: max_rate(setting.largest),
             ..Rewrite::default()
         },
+        untouched,
         deblock,
         rotate: setting.rotate,
     })
 }
 
+/// The passes of a scene that a setting leaves as their author wrote them. If nothing may be given up, those also that can skip
+/// nothing: rewritten they would only take longer.
+fn untouched(scene: SceneName, setting: &Setting) -> Vec<PassName> {
+    let has_sky = scene.declared().sky && setting.sky;
+    let skips = |pass: PassName| has_sky && pass.sky() == vrcs_passes::options::Sky::Skip;
+    let stays = |pass: &PassName| {
+        setting.full_rate.contains(pass) || (setting.quality == Quality::Exact && !skips(*pass))
+    };
+    scene.passes().iter().copied().filter(stays).collect()
+}
+
 impl Realised {
+    /// The entry points of a scene's passes that are rewritten, or of those that are not.
+    pub fn passes(&self, scene: SceneName, rewritten: bool) -> Vec<&'static str> {
+        let passes = scene.passes().iter();
+        passes
+            .filter(|pass| self.untouched.contains(pass) != rewritten)
+            .map(|pass| pass.entry())
+            .collect()
+    }
+
     /// What runs and what does not, line by line.
     pub fn lines(&self, scene: SceneName) -> Vec<String> {
         let declared = scene.declared();
@@ -306,6 +344,7 @@ impl Realised {
             (declared.materials, "materials"),
             (declared.sky, "sky"),
             (declared.grain, "grain"),
+            (declared.transparents, "transparents"),
         ];
         let names = |wanted: bool| {
             let list: Vec<&str> = said
@@ -360,20 +399,20 @@ impl Realised {
                 ));
             }
         }
-        let passes: Vec<String> = scene
-            .passes()
-            .iter()
-            .map(|pass| pass.entry().to_owned())
-            .collect();
-        lines.push(match &self.build {
-            None => format!("passes: {}", passes.join(", ")),
-            Some(_) => format!(
-                "passes, rewritten ({:?}): {}",
-                self.rewrite.mode,
-                passes.join(", ")
-            )
-            .to_lowercase(),
-        });
+        let [rewritten, untouched] = [true, false].map(|wanted| self.passes(scene, wanted));
+        if !rewritten.is_empty() {
+            let mode = format!("{:?}", self.rewrite.mode).to_lowercase();
+            lines.push(format!(
+                "passes, rewritten ({mode}): {}",
+                rewritten.join(", ")
+            ));
+        }
+        if !untouched.is_empty() {
+            lines.push(format!(
+                "passes, as their author wrote them: {}",
+                untouched.join(", ")
+            ));
+        }
         lines.push(match &self.deblock {
             None => "no deblocker".to_owned(),
             Some(options) => {
@@ -432,6 +471,8 @@ mod tests {
                 "{scene}"
             );
             assert_eq!(effects.contains(&"NOISE"), declared.grain, "{scene}");
+            let sees_through = effects.contains(&"TRANSPARENTS");
+            assert_eq!(sees_through, declared.transparents, "{scene}");
             assert_eq!(effects.contains(&"HALF_RATE"), declared.grain, "{scene}");
             assert_eq!(found.camera_motion, declared.camera_motion, "{scene}");
             let coverage = found.build.as_ref().expect("a build").coverage;
@@ -494,6 +535,41 @@ mod tests {
             );
             assert_eq!(found.build.is_some(), scene.declared().sky, "{scene}");
         }
+    }
+
+    #[test]
+    fn where_every_pass_is_left_alone_nothing_runs_and_where_some_are_the_rest_does() {
+        let scene = SceneName::Landscape;
+        for setting in [
+            Setting::untouched(),
+            Setting {
+                full_rate: scene.passes().to_vec(),
+                ..Setting::default()
+            },
+        ] {
+            let found = plan(scene, &setting);
+            assert!(found.analysis.is_none() && found.build.is_none() && found.deblock.is_none());
+            assert_eq!(found.passes(scene, false).len(), scene.passes().len());
+        }
+        let setting = Setting {
+            full_rate: vec![PassName::Composite, PassName::Rays],
+            ..Setting::default()
+        };
+        let found = plan(scene, &setting);
+        assert_eq!(
+            found.passes(scene, true),
+            ["material", "lighting", "atmosphere"]
+        );
+        assert!(found.build.is_some() && found.deblock.is_some());
+    }
+
+    #[test]
+    fn exact_rewrites_only_what_can_skip_something() {
+        let [exact, ..] = presets();
+        let rewritten = |scene| plan(scene, &exact.setting).passes(scene, true);
+        assert_eq!(rewritten(SceneName::Foliage), ["material", "rays"]);
+        assert_eq!(rewritten(SceneName::Landscape), ["material"]);
+        assert!(rewritten(SceneName::Interior).is_empty());
     }
 
     #[test]

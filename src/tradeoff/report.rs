@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{
+    choice::pass_break_even_ms,
     front::front,
     setting::Setting,
     study::{Point, SceneStudy, Study},
@@ -25,6 +26,7 @@ pub fn json(study: &Study) -> String {
     let mut study = study.clone();
     for scene in &mut study.scenes {
         scene.full.clear();
+        scene.close = None;
         for point in &mut scene.points {
             point.pictures.clear();
         }
@@ -36,10 +38,11 @@ pub fn json(study: &Study) -> String {
 }
 
 /// The columns of the table, before those of the setting.
-const COLUMNS: [&str; 28] = [
+const COLUMNS: [&str; 29] = [
     "scene",
     "name",
     "preset",
+    "chosen",
     "peer",
     "front",
     "full_ms",
@@ -82,6 +85,7 @@ pub fn csv(study: &Study) -> String {
                 scene.name.clone(),
                 quoted(&point.name),
                 point.preset.clone().unwrap_or_default(),
+                scene.presets_of(index).join(" "),
                 point.peer.to_string(),
                 on_front.contains(&index).to_string(),
                 time.full_ms.to_string(),
@@ -114,6 +118,33 @@ pub fn csv(study: &Study) -> String {
             cells.extend(own.into_iter().map(|(_, value)| quoted(&value)));
             table += &cells.join(",");
             table.push('\n');
+        }
+    }
+    table
+}
+
+/// The time of each pass and stage, as CSV with a line of names. What a pass takes beyond the share of pixels that are shaded is held
+/// to be the same for a heavier one: so `pays_from_ms` is had.
+pub fn passes_csv(study: &Study) -> String {
+    let mut table =
+        "scene,name,pass,full_ms,full_p95_ms,variable_ms,variable_p95_ms,pays_from_ms\n".to_owned();
+    for scene in &study.scenes {
+        for point in &scene.points {
+            for pass in &point.time.passes {
+                let shown = |ms: Option<f64>| ms.map_or_else(String::new, |ms| ms.to_string());
+                let cells = [
+                    scene.name.clone(),
+                    quoted(&point.name),
+                    pass.name.clone(),
+                    shown(pass.full_ms),
+                    shown(pass.full_p95_ms),
+                    pass.variable_ms.to_string(),
+                    pass.variable_p95_ms.to_string(),
+                    shown(pass_break_even_ms(pass, point.seen.primary_share)),
+                ];
+                table += &cells.join(",");
+                table.push('\n');
+            }
         }
     }
     table

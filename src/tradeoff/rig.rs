@@ -6,7 +6,7 @@
 //!
 //! The picture, depth and rates of the frame before are copied outside all timed passes: a renderer swaps them.
 
-use std::rc::Rc;
+use std::{cell::RefCell, rc::Rc};
 
 use super::{Trouble, clock::Recorder, granularity::Granularity, realise::Realised};
 use crate::{
@@ -15,12 +15,47 @@ use crate::{
     build::statistics::Statistics,
     check::gpu::{Gpu, by_construction},
     coverage,
-    deblock::{Bound, Deblocker, Inputs, PictureInput, luma_pitch},
+    deblock::{self, Bound, Deblocker, Inputs, PictureInput, luma_pitch},
     plan::{Binding, ColourForm, Plan},
     scenes::stage::{Rewritten, Stage},
     sri::{Sri, SriLayout},
     view::View,
 };
+
+/// Pipelines that settings share: most differ in numbers alone.
+#[derive(Debug, Default)]
+pub struct Kernels {
+    analyses: RefCell<Vec<Analysis>>,
+    deblockers: RefCell<Vec<Rc<Deblocker>>>,
+}
+
+impl Kernels {
+    fn analysis(&self, device: &wgpu::Device, plan: &Plan) -> Result<Analysis, Trouble> {
+        let mut known = self.analyses.borrow_mut();
+        if let Some(found) = known.iter().find_map(|known| known.another(plan)) {
+            return Ok(found);
+        }
+        let made = Analysis::new(device, plan).map_err(own)?;
+        known.push(made.clone());
+        Ok(made)
+    }
+
+    fn deblocker(
+        &self,
+        gpu: &Gpu,
+        adapter: Option<&wgpu::Adapter>,
+        options: deblock::Options,
+    ) -> Result<Rc<Deblocker>, Trouble> {
+        let mut known = self.deblockers.borrow_mut();
+        if let Some(found) = known.iter().find(|known| *known.options() == options) {
+            return Ok(Rc::clone(found));
+        }
+        let made = Deblocker::new(&gpu.device, adapter, options).map_err(own)?;
+        let made = Rc::new(made);
+        known.push(Rc::clone(&made));
+        Ok(made)
+    }
+}
 
 /// A setting at work.
 pub struct Rig<'s> {
@@ -31,7 +66,7 @@ pub struct Rig<'s> {
     view: Option<View>,
     analysis: Option<Analysed>,
     granularity: Option<Granularity>,
-    deblock: Option<(Deblocker, Bound)>,
+    deblock: Option<(Rc<Deblocker>, Bound)>,
     frames: u32,
 }
 
@@ -41,6 +76,8 @@ struct Analysed {
     bound: BoundAnalysis,
     /// The picture of the frame before.
     history: wgpu::Texture,
+    /// The same after transparents.
+    after: Option<wgpu::Texture>,
     depth: Option<wgpu::Texture>,
     rates: Option<wgpu::Buffer>,
     reasons: Option<wgpu::Buffer>,
@@ -73,6 +110,7 @@ impl<'s> Rig<'s> {
     pub fn new(
         gpu: &'s Gpu,
         adapter: Option<&wgpu::Adapter>,
+        kernels: &Kernels,
         stage: &'s Stage,
         rewritten: Rc<Rewritten>,
         realised: Realised,
@@ -82,7 +120,8 @@ impl<'s> Rig<'s> {
             None => None,
             Some(options) => {
                 let extent = [size[0], size[1], 1];
-                let mut view = View::new(&gpu.device, &gpu.queue, extent, options).map_err(own)?;
+                let builder = gpu.builder(options)?;
+                let mut view = View::by(&gpu.device, &gpu.queue, extent, builder).map_err(own)?;
                 cover(gpu, stage, &mut view)?;
                 let full = Sri::uniform(size[0], size[1], Rate::R1X1);
                 view.write_sri(&gpu.queue, &full).map_err(own)?;
@@ -90,12 +129,15 @@ impl<'s> Rig<'s> {
             }
         };
         let deblock = match (realised.deblock, &view) {
-            (Some(options), Some(view)) => Some(deblocker(gpu, adapter, stage, view, options)?),
+            (Some(options), Some(view)) => {
+                let deblocker = kernels.deblocker(gpu, adapter, options)?;
+                Some(deblocks(gpu, deblocker, stage, view)?)
+            }
             _ => None,
         };
         let luma = deblock.as_ref().and_then(|(_, _, luma)| luma.clone());
         let analysis = match (&realised.analysis, &view) {
-            (Some(plan), Some(view)) => Some(Analysed::new(gpu, stage, view, plan, luma)?),
+            (Some(plan), Some(view)) => Some(Analysed::new(gpu, kernels, stage, view, plan, luma)?),
             _ => None,
         };
         let granularity = match (&analysis, &view, realised.granularity) {
@@ -140,6 +182,8 @@ impl<'s> Rig<'s> {
             for &name in self.stage.scene().passes() {
                 recorder.pass(name.entry(), |pass| self.stage.record_full_rate(pass, name));
             }
+            self.stage
+                .record_transparents(&mut recorder.encoder.begin_compute_pass(&Default::default()));
             return Ok(());
         };
         if let Some(analysed) = &self.analysis
@@ -173,16 +217,25 @@ impl<'s> Rig<'s> {
         recorder.pass("build", |pass| by_construction(view.build_in(pass)));
         for &name in self.stage.scene().passes() {
             recorder.pass(name.entry(), |pass| {
-                self.stage
-                    .record_rewritten(pass, name, &self.rewritten, view);
+                match self.realised.untouched.contains(&name) {
+                    true => self.stage.record_full_rate(pass, name),
+                    false => self
+                        .stage
+                        .record_rewritten(pass, name, &self.rewritten, view),
+                }
             });
         }
         if let Some((deblocker, bound)) = &mut self.deblock {
             deblocker
                 .set_frame(&self.gpu.queue, bound, size, order)
                 .map_err(own)?;
-            recorder.pass("deblock", |pass| deblocker.record_in(pass, bound));
+            recorder.pass("deblock", |pass| {
+                by_construction(deblocker.record_in(pass, bound));
+            });
         }
+        // as at full rate, and no part of what is compared
+        self.stage
+            .record_transparents(&mut recorder.encoder.begin_compute_pass(&Default::default()));
         if let Some(analysed) = &self.analysis {
             analysed.keep(&mut recorder.encoder, self.stage, view);
         }
@@ -259,15 +312,14 @@ fn cover(gpu: &Gpu, stage: &Stage, view: &mut View) -> Result<(), Trouble> {
 }
 
 /// The deblocker on the scene's picture, and the root of luma that it leaves.
-fn deblocker(
+fn deblocks(
     gpu: &Gpu,
-    adapter: Option<&wgpu::Adapter>,
+    deblocker: Rc<Deblocker>,
     stage: &Stage,
     view: &View,
-    options: crate::deblock::Options,
-) -> Result<(Deblocker, Bound, Option<wgpu::Buffer>), Trouble> {
+) -> Result<(Rc<Deblocker>, Bound, Option<wgpu::Buffer>), Trouble> {
     let size = stage.size();
-    let deblocker = Deblocker::new(&gpu.device, adapter, options).map_err(own)?;
+    let options = *deblocker.options();
     let picture = view_of(stage.picture());
     let depth = stage.texture("depth").map(view_of);
     let surfaces = stage.texture("surfaces").map(view_of);
@@ -294,6 +346,7 @@ fn deblocker(
 impl Analysed {
     fn new(
         gpu: &Gpu,
+        kernels: &Kernels,
         stage: &Stage,
         view: &View,
         plan: &Plan,
@@ -320,6 +373,8 @@ impl Analysed {
         let zeros = vec![0; SriLayout::new(size[0], size[1]).bytes() as usize];
         let buffer = |label| gpu.buffer(label, &zeros, wgpu::BufferUsages::STORAGE);
         let history = copy_of("picture before", stage.picture().format());
+        let after = has(Binding::After)
+            .then(|| copy_of("picture before, after transparents", stage.shown().format()));
         let depth = has(Binding::PreviousDepth)
             .then(|| copy_of("depth before", wgpu::TextureFormat::R32Float));
         let rates = has(Binding::PreviousRates).then(|| buffer("rates before"));
@@ -335,6 +390,7 @@ impl Analysed {
         .collect();
         let history_view = view_of(&history);
         let depth_view = depth.as_ref().map(view_of);
+        let after_view = after.as_ref().map(view_of);
         let mut resources = vec![(Binding::Rates, view.sri().as_entire_binding())];
         resources.push(match (&luma, plan.scene.colour) {
             (Some(luma), ColourForm::SqrtLuma) => (Binding::Colour, luma.as_entire_binding()),
@@ -343,6 +399,9 @@ impl Analysed {
                 wgpu::BindingResource::TextureView(&history_view),
             ),
         });
+        if let Some(view) = &after_view {
+            resources.push((Binding::After, wgpu::BindingResource::TextureView(view)));
+        }
         for (binding, view) in &views {
             resources.push((*binding, wgpu::BindingResource::TextureView(view)));
         }
@@ -360,12 +419,13 @@ impl Analysed {
                 resources.push((binding, buffer.as_entire_binding()));
             }
         }
-        let analysis = Analysis::new(&gpu.device, plan).map_err(own)?;
+        let analysis = kernels.analysis(&gpu.device, plan)?;
         let bound = analysis.bind(&gpu.device, &resources).map_err(own)?;
         Ok(Analysed {
             analysis,
             bound,
             history,
+            after,
             depth,
             rates,
             reasons,
@@ -378,6 +438,9 @@ impl Analysed {
             encoder.copy_texture_to_texture(from.as_image_copy(), to.as_image_copy(), to.size());
         };
         copy(stage.picture(), &self.history);
+        if let Some(after) = &self.after {
+            copy(stage.shown(), after);
+        }
         if let (Some(from), Some(to)) = (stage.texture("depth"), &self.depth) {
             copy(from, to);
         }

@@ -4,11 +4,17 @@
 //! the front. *Guarantees*: what the journal has is not measured again; files appear whole, after each batch, so that an interruption
 //! leaves a report of what there was. *Refuses*: pictures that the machine cannot hold, and a sweep of which no setting suits a scene.
 
-use std::path::{Path, PathBuf};
+use std::{
+    path::{Path, PathBuf},
+    sync::mpsc,
+};
+
+use rayon::prelude::*;
 
 use super::{
     Trouble,
-    bench::Bench,
+    bench::{Bench, Uncompared},
+    choice, chosen,
     effects::{BASE, base, effects},
     journal::{Found, Journal, With},
     memory, pictures, plot,
@@ -21,10 +27,19 @@ use super::{
     truth::truth,
     turns::Rounds,
 };
-use crate::{Rate, atomic, check::gpu::Gpu, scenes::SceneName};
+use crate::{
+    Rate, atomic,
+    check::gpu::Gpu,
+    metrics::{self, Shown},
+    scenes::SceneName,
+};
 
 /// Settings that are timed together, at most: each holds buffers of its own.
 const TOGETHER: usize = 16;
+/// Points of a scene that have pictures, at least if there are so many.
+const PICTURED: usize = 6;
+/// Bytes of pictures that wait to be compared, at most.
+const MEMORY: u64 = 1 << 30;
 
 /// What is to be studied.
 #[derive(Clone, Debug)]
@@ -37,20 +52,42 @@ pub struct Request {
     pub size: [u32; 2],
     /// Frames of each point, 1 or more.
     pub frames: u32,
+    /// So many of these are compared with full rate, the last; 1 or more.
+    pub compared: u32,
     /// How often each point is timed.
     pub rounds: Rounds,
     /// The settings.
     pub trials: Vec<Trial>,
     /// Whether the time that each effect adds is measured.
     pub effects: bool,
-    /// Whether the analysis is held against the truth.
-    pub truth: bool,
+    /// Whether presets are chosen for each scene, of what was measured and what may do better.
+    pub chooses: bool,
+    /// The frames in which the analysis is held against the truth; 0 for none.
+    pub truth: u32,
     /// Where all chance comes from.
     pub seed: u64,
     /// The command, for the report.
     pub command: String,
     /// The build of this program: points of another are not taken up again.
     pub build: String,
+}
+
+/// A setting that is neither a preset nor another's.
+fn own(setting: Setting) -> Trial {
+    Trial {
+        preset: None,
+        is_peer: false,
+        setting,
+    }
+}
+
+/// What a study tells while it runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Step<'s> {
+    /// A step is done.
+    Done(&'s str),
+    /// There are so many more than was known.
+    More(usize),
 }
 
 /// A trial, and what it is called.
@@ -81,13 +118,15 @@ impl Request {
             if !named.iter().any(|known| known.trial.setting == setting) {
                 named.push(Named {
                     name: format!("{BASE} without {name}"),
-                    trial: Trial {
-                        preset: None,
-                        is_peer: false,
-                        setting,
-                    },
+                    trial: own(setting),
                 });
             }
+        }
+        if self.chooses {
+            named.push(Named {
+                name: choice::UNTOUCHED.to_owned(),
+                trial: own(Setting::untouched()),
+            });
         }
         for one in rest {
             match named
@@ -113,11 +152,10 @@ impl Request {
         self.trials.iter().filter_map(why).collect()
     }
 
-    /// The number of steps of which [`run`] tells.
+    /// The number of steps that are known before [`run`] tells of them.
     pub fn steps(&self) -> usize {
         let of = |&scene: &SceneName| {
-            let points = self.trials_of(scene).len();
-            points + points.div_ceil(TOGETHER) + usize::from(self.truth) + 1
+            steps_of(self.trials_of(scene).len()) + usize::from(self.truth > 0) + 1
         };
         self.scenes.iter().map(of).sum()
     }
@@ -144,19 +182,27 @@ impl Request {
     }
 }
 
+/// The steps of so many settings.
+fn steps_of(settings: usize) -> usize {
+    settings + settings.div_ceil(TOGETHER)
+}
+
 /// Runs a study, and writes it. `step` is told of each step that is done; see [`Request::steps`].
 ///
 /// # Errors
 /// If the device lacks what is needed or was lost, or a file cannot be written. What was finished is in the journal and the report.
-pub fn run(gpu: &Gpu, request: &Request, step: &mut dyn FnMut(&str)) -> Result<Study, Trouble> {
+pub fn run(gpu: &Gpu, request: &Request, step: &mut dyn FnMut(Step)) -> Result<Study, Trouble> {
     request.check()?;
     let together = request.together();
     memory::check(gpu, request.size, together)?;
+    // not after minutes of work
+    std::fs::create_dir_all(&request.out).map_err(|error| unwritable(&request.out, &error))?;
     let with = With {
         adapter: format!("{} {}", gpu.info.name, gpu.info.driver_info),
         build: request.build.clone(),
         size: request.size,
         frames: request.frames,
+        compared: request.compared,
         rounds: request.rounds.counted,
         seed: request.seed,
     };
@@ -166,6 +212,7 @@ pub fn run(gpu: &Gpu, request: &Request, step: &mut dyn FnMut(&str)) -> Result<S
         adapter: format!("{} ({})", gpu.info.name, gpu.info.driver_info),
         size: request.size,
         frames: request.frames,
+        compared: request.compared.min(request.frames),
         rounds: request.rounds.counted,
         seed: request.seed,
         command: request.command.clone(),
@@ -180,6 +227,7 @@ pub fn run(gpu: &Gpu, request: &Request, step: &mut dyn FnMut(&str)) -> Result<S
         request,
         journal,
         study,
+        finished: 0,
         step,
     };
     for &scene in &request.scenes {
@@ -211,16 +259,49 @@ fn note(gpu: &Gpu) -> String {
     }
 }
 
+/// Settings whose frames wait to be compared, at most: as many as processors have work with, and no more than memory holds.
+fn most_under_way(size: [u32; 2]) -> usize {
+    let room = MEMORY / Uncompared::bytes(size).max(1);
+    rayon::current_num_threads().min(room as usize).max(2)
+}
+
+/// The points whose pictures the report has: presets, the scene's own first; then the front, as far apart as may be; then others, up to
+/// [`PICTURED`].
+fn pictured(scene: &SceneStudy) -> Vec<usize> {
+    let mut all: Vec<usize> = scene.chosen.iter().map(|chosen| chosen.point).collect();
+    all.dedup();
+    let general = (0..scene.points.len()).filter(|&index| scene.points[index].preset.is_some());
+    let general: Vec<usize> = general.filter(|index| !all.contains(index)).collect();
+    all.extend(general);
+    let front: Vec<usize> = front_of(scene)
+        .into_iter()
+        .filter(|index| !all.contains(index))
+        .collect();
+    let room = PICTURED.saturating_sub(all.len());
+    let apart = front.len().div_ceil(room.max(1)).max(1);
+    all.extend(front.into_iter().step_by(apart).take(room));
+    let others = (0..scene.points.len()).filter(|index| !all.contains(index));
+    let others: Vec<usize> = others.take(PICTURED.saturating_sub(all.len())).collect();
+    all.extend(others);
+    all
+}
+
 /// A study under way.
 struct Work<'w> {
     gpu: &'w Gpu,
     request: &'w Request,
     journal: Journal,
     study: Study,
-    step: &'w mut dyn FnMut(&str),
+    /// Scenes of which all is there.
+    finished: usize,
+    step: &'w mut dyn FnMut(Step),
 }
 
 impl Work<'_> {
+    fn done(&mut self, what: &str) {
+        (self.step)(Step::Done(what));
+    }
+
     fn note(&mut self, scene: SceneName, found: Found) -> Result<(), Trouble> {
         let noted = self.journal.note(scene.name(), found);
         noted.map_err(|error| unwritable(self.journal.path(), &error))
@@ -228,7 +309,8 @@ impl Work<'_> {
 
     fn scene(&mut self, scene: SceneName) -> Result<(), Trouble> {
         let request = self.request;
-        let bench = Bench::new(self.gpu, scene, request.size, request.seed)?;
+        let bench =
+            Bench::new(self.gpu, scene, request.size, request.seed)?.comparing(request.compared);
         let plan = presets()
             .into_iter()
             .find(|preset| preset.name == BASE)
@@ -239,33 +321,53 @@ impl Work<'_> {
             name: scene.name().to_owned(),
             about: scene.about().to_owned(),
             plan: plan.map_or_else(Vec::new, |plan| plan.lines(scene)),
-            full: pictures::picture(request.size, &full),
+            full: pictures::whole(request.size, &full),
+            close: None,
             points: Vec::new(),
             fronts: Default::default(),
+            chosen: Vec::new(),
             left_out: request.left_out(scene),
             effects: Vec::new(),
             truth: None,
         });
-        let trials = request.trials_of(scene);
-        for batch in trials.chunks(TOGETHER) {
-            self.batch(&bench, batch)?;
-            self.write(trials.len())?;
+        self.all(&bench, &request.trials_of(scene))?;
+        if request.chooses {
+            let better: Vec<Named> = choice::candidates(scene, self.last())
+                .into_iter()
+                .map(|(name, setting)| Named {
+                    name,
+                    trial: own(setting),
+                })
+                .collect();
+            (self.step)(Step::More(steps_of(better.len())));
+            self.all(&bench, &better)?;
+            self.last().chosen = choice::choose(scene, self.last());
         }
-        if request.truth {
+        if request.truth > 0 {
             let found = match self.journal.truth(scene.name()) {
                 Some(known) => known.clone(),
                 None => {
-                    let found = truth(&bench)?;
+                    let found = truth(&bench, request.truth)?;
                     self.note(scene, Found::Truth(found.clone()))?;
                     found
                 }
             };
             self.last().truth = Some(found);
-            (self.step)(&format!("{scene}: truth"));
+            self.done(&format!("{scene}: truth"));
         }
         self.pictures(&bench)?;
-        (self.step)(&format!("{scene}: pictures"));
-        self.write(trials.len())
+        self.done(&format!("{scene}: pictures"));
+        self.finished += 1;
+        self.write()
+    }
+
+    /// Tries settings, in batches.
+    fn all(&mut self, bench: &Bench, named: &[Named]) -> Result<(), Trouble> {
+        for batch in named.chunks(TOGETHER) {
+            self.batch(bench, batch)?;
+            self.write()?;
+        }
+        Ok(())
     }
 
     /// The scene under way.
@@ -279,14 +381,7 @@ impl Work<'_> {
     /// Looks at a batch, then times it.
     fn batch(&mut self, bench: &Bench, batch: &[Named]) -> Result<(), Trouble> {
         let scene = bench.scene();
-        for Named { name, trial } in batch {
-            if self.journal.look(scene.name(), &trial.setting).is_none() {
-                let seen = bench.look(&trial.setting, self.request.frames)?;
-                let setting = trial.setting.clone();
-                self.note(scene, Found::Look { setting, seen })?;
-            }
-            (self.step)(&format!("{scene}: {name}"));
-        }
+        self.looks(bench, batch)?;
         let is_timed = |named: &Named| {
             let known = self.journal.times(scene.name(), &named.trial.setting);
             known.is_some()
@@ -304,7 +399,7 @@ impl Work<'_> {
             let found = self.times(bench, &settings)?;
             self.note(scene, found)?;
         }
-        (self.step)(&format!("{scene}: times of {} settings", batch.len()));
+        self.done(&format!("{scene}: times of {} settings", batch.len()));
         let points: Vec<Point> = batch
             .iter()
             .filter_map(|named| self.point(scene, named))
@@ -315,6 +410,48 @@ impl Work<'_> {
         known.effects = effects;
         known.fronts = report::fronts(&known.points);
         Ok(())
+    }
+
+    /// Looks at every setting of a batch: the device draws one while processors compare those before it.
+    fn looks(&mut self, bench: &Bench, batch: &[Named]) -> Result<(), Trouble> {
+        let (scene, frames) = (bench.scene(), self.request.frames);
+        let (tell, told) = mpsc::channel();
+        rayon::in_place_scope(|scope| {
+            let mut under_way = 0;
+            for Named { name, trial } in batch {
+                if self.journal.look(scene.name(), &trial.setting).is_some() {
+                    self.done(&format!("{scene}: {name}"));
+                    continue;
+                }
+                while under_way >= most_under_way(bench.size()) {
+                    under_way -= self.seen(scene, told.recv())?;
+                }
+                let uncompared = bench.frames(&trial.setting, frames)?;
+                under_way += 1;
+                let (tell, name, setting) = (tell.clone(), name.clone(), trial.setting.clone());
+                scope.spawn(move |_| {
+                    let seen = uncompared.compare();
+                    // nobody listens after trouble
+                    let _ = tell.send((name, Found::Look { setting, seen }));
+                });
+            }
+            while under_way > 0 {
+                under_way -= self.seen(scene, told.recv())?;
+            }
+            Ok(())
+        })
+    }
+
+    /// Notes what was seen; one less is under way.
+    fn seen(
+        &mut self,
+        scene: SceneName,
+        told: Result<(String, Found), mpsc::RecvError>,
+    ) -> Result<usize, Trouble> {
+        let (name, found) = told.map_err(|error| Trouble::Own(error.to_string()))?;
+        self.note(scene, found)?;
+        self.done(&format!("{scene}: {name}"));
+        Ok(1)
     }
 
     fn times(&self, bench: &Bench, settings: &[&Setting]) -> Result<Found, Trouble> {
@@ -370,39 +507,55 @@ impl Work<'_> {
         })
     }
 
-    /// Pictures of the presets and of the front.
+    /// Pictures of the presets, of the front and, if there is room, of others.
     fn pictures(&mut self, bench: &Bench) -> Result<(), Trouble> {
         let (size, frames) = (self.request.size, self.request.frames);
         let scene = self.last();
-        let front = front_of(scene);
-        for (index, point) in scene.points.iter_mut().enumerate() {
-            if point.preset.is_none() && !front.contains(&index) {
-                continue;
-            }
-            let most = match point.setting.quality {
+        let mut shown = Vec::new();
+        for index in pictured(scene) {
+            shown.push((index, bench.show(&scene.points[index].setting, frames)?));
+        }
+        let errors: Vec<Vec<f32>> = shown
+            .par_iter()
+            .map(|(_, last)| match last.picture == *last.full {
+                true => vec![0.0; last.full.len() / 4],
+                false => {
+                    let [full, own] = [&last.full, &last.picture].map(|p| Shown::new(size, p));
+                    metrics::flip(full, own).errors
+                }
+            })
+            .collect();
+        let window = pictures::window(size, &errors);
+        let settings = shown.iter().map(|(index, _)| &scene.points[*index].setting);
+        let most: Vec<Rate> = settings
+            .map(|setting| match setting.quality {
                 Quality::Exact => Rate::R1X1,
-                Quality::Adaptive => largest(point.setting.largest),
-            };
-            let shown = bench.show(&point.setting, frames)?;
-            point.pictures = pictures::of_frame(size, &shown, most);
+                Quality::Adaptive => largest(setting.largest),
+            })
+            .collect();
+        let made: Vec<_> = shown
+            .par_iter()
+            .zip(errors.par_iter().zip(&most))
+            .map(|((index, last), (errors, &most))| {
+                let pictures = pictures::of_frame(size, last, most, errors, window);
+                (*index, pictures)
+            })
+            .collect();
+        let full = bench.full(Bench::last(frames))?;
+        scene.close = pictures::close(size, &full, window);
+        for (index, pictures) in made {
+            scene.points[index].pictures = pictures;
         }
         Ok(())
     }
 
-    /// Writes all files; `wanted` points of the scene under way will be there at last.
-    fn write(&mut self, wanted: usize) -> Result<(), Trouble> {
-        let scenes = &self.study.scenes;
-        let there = scenes.last().map_or(0, |scene| scene.points.len());
-        let is_whole = scenes.len() == self.request.scenes.len()
-            && there == wanted
-            && scenes
-                .iter()
-                .all(|s| s.points.iter().any(|p| !p.pictures.is_empty()));
-        self.study.unfinished = (!is_whole).then(|| {
+    /// Writes all files.
+    fn write(&mut self) -> Result<(), Trouble> {
+        let wanted = self.request.scenes.len();
+        self.study.unfinished = (self.finished < wanted).then(|| {
             format!(
-                "This study is not finished: {} of {} scenes, of the last {there} of {wanted} points. The same command goes on.",
-                scenes.len(),
-                self.request.scenes.len()
+                "This study is not finished: {} of {wanted} scenes are. The same command goes on.",
+                self.finished
             )
         });
         self.study.summary = summary::of(&self.study.scenes);
@@ -410,8 +563,10 @@ impl Work<'_> {
         for (name, text) in [
             ("report.html", report::html(study)),
             ("points.csv", report::csv(study)),
+            ("passes.csv", report::passes_csv(study)),
             ("study.json", report::json(study)),
             ("plot.svg", plot::svg(study)),
+            ("presets.toml", chosen::toml(study)),
         ] {
             let path = self.request.out.join(name);
             atomic::write(&path, text.as_bytes()).map_err(|error| unwritable(&path, &error))?;

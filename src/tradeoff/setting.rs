@@ -4,6 +4,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::scenes::PassName;
+
 /// A setting. Each field has the library's default, so a sweep names only what it varies.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -41,6 +43,8 @@ pub struct Setting {
     /// Whether noise, where the scene tells where it is, gets the extra half rate: there alone, by half the threshold if `half_rate`
     /// says nothing else.
     pub grain: bool,
+    /// Whether the picture after transparents, where the scene has it, is looked at too: what they cover may be coarser.
+    pub transparents: bool,
     /// What keeps rates from going back and forth.
     pub hysteresis: HysteresisName,
     /// Which pixels may share.
@@ -53,6 +57,9 @@ pub struct Setting {
     pub rotate: bool,
     /// How primaries find their pixels.
     pub mode: ModeName,
+    /// Passes that run as their author wrote them, as those should that take less than variable rate costs them. Those that a scene
+    /// does not have are passed over; if none is left, there is no analysis, no build and no deblocker either.
+    pub full_rate: Vec<PassName>,
 }
 
 impl Default for Setting {
@@ -74,12 +81,14 @@ impl Default for Setting {
             sky: true,
             half_rate: 0.0,
             grain: true,
+            transparents: true,
             hysteresis: HysteresisName::Derived,
             sharing: SharingName::Declared,
             deblock: DeblockName::Guarded,
             smoothing: SmoothingName::Off,
             rotate: false,
             mode: ModeName::Tiled,
+            full_rate: Vec::new(),
         }
     }
 }
@@ -240,11 +249,25 @@ fn said(key: &str, value: &toml::Value) -> String {
     let key = key.replace('_', " ");
     match value {
         toml::Value::String(text) => format!("{key} {text}"),
+        toml::Value::Array(values) => {
+            let names: Vec<&str> = values.iter().filter_map(toml::Value::as_str).collect();
+            format!("{} at {key}", names.join(" and "))
+        }
         other => format!("{key} {other}"),
     }
 }
 
 impl Setting {
+    /// The scene as its author wrote it: every pass at full rate, and no machinery.
+    pub fn untouched() -> Setting {
+        Setting {
+            quality: Quality::Exact,
+            deblock: DeblockName::Off,
+            full_rate: PassName::ALL.to_vec(),
+            ..Setting::default()
+        }
+    }
+
     /// What differs from the defaults, as name and value.
     fn differences(&self) -> Vec<(String, toml::Value)> {
         let (Ok(own), Ok(defaults)) = (
@@ -289,13 +312,19 @@ impl Setting {
         }
     }
 
+    /// What differs from the defaults, and the threshold in any case, as name and value.
+    pub fn said(&self) -> Vec<(String, toml::Value)> {
+        let mut said = self.differences();
+        if !said.iter().any(|(key, _)| key == "threshold") {
+            said.push(("threshold".to_owned(), self.threshold.into()));
+        }
+        said
+    }
+
     /// A whole sweep that tries this setting, beside the presets: `vrcs tradeoff --sweep` takes it as it is.
     pub fn to_sweep(&self) -> String {
-        let mut differences = self.differences();
-        if !differences.iter().any(|(key, _)| key == "threshold") {
-            differences.push(("threshold".to_owned(), self.threshold.into()));
-        }
-        let lines: Vec<String> = differences
+        let lines: Vec<String> = self
+            .said()
             .into_iter()
             .map(|(key, value)| format!("{key} = [{value}]\n"))
             .collect();

@@ -13,8 +13,10 @@ pub struct Study {
     pub adapter: String,
     /// Width and height of the pictures.
     pub size: [u32; 2],
-    /// Frames of each point; the last four are compared.
+    /// Frames of each point.
     pub frames: u32,
+    /// Of these so many are compared, the last.
+    pub compared: u32,
     /// Rounds that shall count of those that are timed.
     pub rounds: u32,
     /// Where all chance comes from.
@@ -53,10 +55,14 @@ pub struct SceneStudy {
     pub name: String,
     /// What it shows.
     pub about: String,
-    /// What runs for it and why, line by line: the plan of the preset Balanced.
+    /// What runs for it and why, line by line: the plan of the general preset Balanced.
     pub plan: Vec<String>,
+    /// Its own presets, chosen of what was measured; none before all is.
+    pub chosen: Vec<Chosen>,
     /// The last frame at full rate, as a data URI.
     pub full: String,
+    /// A part of it, pixel by pixel, if the whole is reduced.
+    pub close: Option<Close>,
     /// The settings that were tried.
     pub points: Vec<Point>,
     /// For each measure of time and each of error, as `time flip_mean`, the points that no other beats in both, in the order of time.
@@ -69,12 +75,34 @@ pub struct SceneStudy {
     pub truth: Option<Truth>,
 }
 
+/// A part of a frame at full rate.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Close {
+    /// Left, top, width and height, in pixels of the frame.
+    pub window: [u32; 4],
+    /// The part, as a data URI.
+    pub full: String,
+}
+
+/// What is chosen for a scene under the name of a preset.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Chosen {
+    /// The preset.
+    pub preset: String,
+    /// The number of the point.
+    pub point: usize,
+    /// Why it is that one, in sentences.
+    pub because: Vec<String>,
+    /// What runs, line by line.
+    pub plan: Vec<String>,
+}
+
 /// A setting that was tried, and what came of it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Point {
     /// What sets it apart, in a few words.
     pub name: String,
-    /// The preset that it is.
+    /// The general preset that it is, which is the same for every scene.
     pub preset: Option<String>,
     /// Whether it stands for a published estimator.
     pub peer: bool,
@@ -89,8 +117,8 @@ pub struct Point {
     pub seen: Seen,
     /// Against the same passes at full rate.
     pub time: Times,
-    /// Pictures of the last frame as data URIs: `variable`, `flip`, and the layers `rates`, `reasons` and `skipped`. Of presets and the
-    /// front.
+    /// Pictures of the last frame as data URIs: `variable`, `close`, `flip`, and the layers `rates`, `reasons` and `skipped`. Of
+    /// presets and some others.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub pictures: BTreeMap<String, String>,
 }
@@ -191,10 +219,14 @@ impl Times {
 pub struct PassTime {
     /// Its name.
     pub name: String,
-    /// At full rate; nothing for machinery, which full rate does without.
+    /// At full rate, median; nothing for machinery, which full rate does without.
     pub full_ms: Option<f64>,
-    /// At variable rate.
+    /// The same, 95th percentile.
+    pub full_p95_ms: Option<f64>,
+    /// At variable rate: the median of the frames in which it runs, times the share of frames in which it does.
     pub variable_ms: f64,
+    /// The 95th percentile of the frames in which it runs.
+    pub variable_p95_ms: f64,
 }
 
 /// What a declared effect adds: the preset Balanced less the same without it, round by round.
@@ -242,6 +274,14 @@ pub struct TruthAt {
     pub true_rate: f64,
     /// SSIM of the picture that the analysis' rates give.
     pub ssim: f64,
+}
+
+impl SceneStudy {
+    /// The presets for which a point is chosen.
+    pub fn presets_of(&self, point: usize) -> Vec<&str> {
+        let chosen = self.chosen.iter().filter(|chosen| chosen.point == point);
+        chosen.map(|chosen| chosen.preset.as_str()).collect()
+    }
 }
 
 impl TruthAt {

@@ -54,6 +54,11 @@ fn is_near(a: f64, b: f64) -> bool {
     (a - b).abs() < 1e-9
 }
 
+/// A number without what adding it up in parts has left behind.
+fn plain(value: f64) -> f64 {
+    (value * 1e6).round() / 1e6
+}
+
 fn percent(share: f64) -> String {
     format!("{:.1} %", 100.0 * share)
 }
@@ -71,11 +76,13 @@ fn on_t(known: &[(&str, &Truth)], curve: &[TruthAt]) -> Option<String> {
         Some(best) if best.t < paper.threshold => format!(
             "For pictures of this size it is high: of the thresholds tried, {} is the largest that keeps SSIM at {KEPT} or more, at an average \
              rate of {:.3}.",
-            best.t, best.rate
+            plain(best.t),
+            best.rate
         ),
         Some(best) if best.t > paper.threshold => format!(
             "For pictures of this size it is cautious: {} still keeps SSIM at {KEPT} or more, at an average rate of {:.3}.",
-            best.t, best.rate
+            plain(best.t),
+            best.rate
         ),
         Some(_) => format!("It is the largest of those tried that keeps SSIM at {KEPT} or more."),
         None => format!("It is high, as is every other that was tried: none keeps SSIM at {KEPT}."),
@@ -103,18 +110,18 @@ fn on_l(ambients: &[TruthAt]) -> Option<String> {
         .min_by(|a, b| wrong(a).total_cmp(&wrong(b)))?;
     let (first, last) = (ambients.first()?, ambients.last()?);
     let verdict = match is_near(best.l, at.l) || wrong(at) - wrong(best) < 0.01 {
-        true => format!("The paper's l = {} is a fair choice", at.l),
+        true => format!("The paper's l = {} is a fair choice", plain(at.l)),
         false => format!(
             "For the paper's l, {} would be right more often, in {} of quads for {}",
-            best.l,
+            plain(best.l),
             percent(1.0 - wrong(best)),
             percent(1.0 - wrong(at))
         ),
     };
     Some(format!(
         "{verdict}: from l = {} to {} the average rate goes from {:.3} to {:.3}, and what is too coarse from {} to {}.",
-        first.l,
-        last.l,
+        plain(first.l),
+        plain(last.l),
         first.rate,
         last.rate,
         percent(first.too_coarse),

@@ -82,7 +82,7 @@ pub enum SweepError {
 /// # Errors
 /// If it is no sweep, names a setting or a value that does not exist, or tries nothing.
 pub fn parse(text: &str) -> Result<Vec<Trial>, SweepError> {
-    let file: Table = toml::from_str(text).map_err(|error| not_toml(text, &error))?;
+    let file = table_of(text)?;
     for part in file.keys() {
         if !["base", "vary", "grid", "peers"].contains(&part.as_str()) {
             return Err(SweepError::UnknownPart(part.clone()));
@@ -166,6 +166,11 @@ fn trials(asked: Vec<Trial>) -> Vec<Trial> {
     trials
 }
 
+/// The table that a text is.
+pub(super) fn table_of(text: &str) -> Result<Table, SweepError> {
+    toml::from_str(text).map_err(|error| not_toml(text, &error))
+}
+
 fn not_toml(text: &str, error: &toml::de::Error) -> SweepError {
     let before = error.span().map_or(0, |span| span.start).min(text.len());
     SweepError::NotToml {
@@ -222,7 +227,7 @@ fn combinations(base: &Table, grid: &Table) -> Result<Vec<Setting>, SweepError> 
 }
 
 /// The base with some values changed.
-fn with(base: &Table, changes: &[(&String, &Value)]) -> Result<Setting, SweepError> {
+pub(super) fn with(base: &Table, changes: &[(&String, &Value)]) -> Result<Setting, SweepError> {
     let mut all = base.clone();
     for &(key, value) in changes {
         all.insert(key.clone(), value.clone());

@@ -6,7 +6,7 @@
 //! block are the cheapest whose errors all stay below the threshold of Eq. 15: one for each quad, or one for the block.
 //!
 //! *Needs*: frames of the animation; an analysis is shown the frame itself, so that no motion or feedback is in the way. *Guarantees*: full
-//! rate is always right; what is found is the mean over [`FRAMES`] frames.
+//! rate is always right; what is found is the mean over some frames.
 
 use rayon::prelude::*;
 
@@ -34,8 +34,6 @@ const THRESHOLDS: [f64; 9] = [0.02, 0.04, 0.06, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5];
 const AMBIENTS: [f64; 5] = [0.0, 0.02, 0.05, 0.1, 0.2];
 /// The largest rate: all are in the running.
 const LARGEST: Rate = Rate::R4X4;
-/// Frames that are looked at.
-pub const FRAMES: u32 = 3;
 /// Frames from one to the next.
 const APART: u32 = 12;
 
@@ -66,7 +64,7 @@ struct Units {
 impl Units {
     fn new(side: u32, full: &Luma, coarse: &[(Rate, Luma)]) -> Units {
         let [across, down] = [full.width(), full.height()].map(|pixels| pixels.div_ceil(side));
-        let mean_of = |of: &dyn Fn(i64, i64) -> f64| -> Vec<f64> {
+        let mean_of = |of: &(dyn Fn(i64, i64) -> f64 + Sync)| -> Vec<f64> {
             let units = (0..down).flat_map(|y| (0..across).map(move |x| [x * side, y * side]));
             let mean = |[left, top]: [u32; 2]| {
                 let (right, bottom) = (
@@ -84,7 +82,7 @@ impl Units {
             across,
             means: mean_of(&|x, y| full.at(x, y)),
             errors: coarse
-                .iter()
+                .par_iter()
                 .filter(|(rate, _)| side_of(*rate) == side)
                 .map(|(rate, drawn)| {
                     let squares = mean_of(&|x, y| (full.at(x, y) - drawn.at(x, y)).powi(2));
@@ -248,11 +246,11 @@ fn judged() -> [Vec<Judged>; 3] {
     [curve.into(), ambients.into(), peers.collect()]
 }
 
-/// Finds the truth for a scene, and judges the paper's analysis over thresholds (its Fig. 10) and surroundings, and its peers.
+/// Finds the truth for a scene in so many frames, and judges the paper's analysis over thresholds (its Fig. 10) and surroundings, and its peers.
 ///
 /// # Errors
 /// If the device lacks what it needs, or was lost.
-pub fn truth(bench: &Bench) -> Result<Truth, Trouble> {
+pub fn truth(bench: &Bench, frames: u32) -> Result<Truth, Trouble> {
     let setting = Setting {
         largest: LargestName::R4x4,
         ..Setting::default()
@@ -263,28 +261,33 @@ pub fn truth(bench: &Bench) -> Result<Truth, Trouble> {
     realised.camera_motion = false;
     let mut rig = bench.rig(realised)?;
     let lists = judged();
-    let mut sums: Vec<Vec<TruthAt>> = Vec::new();
-    for frame in 0..FRAMES {
+    let all: Vec<&Judged> = lists.iter().flatten().collect();
+    let mut all_sums = vec![TruthAt::default(); all.len()];
+    for frame in 0..frames {
         let number = Bench::last(1) + frame * APART;
-        for (index, list) in lists.iter().enumerate() {
-            if frame == 0 {
-                sums.push(vec![TruthAt::default(); list.len()]);
-            }
-            let found = of_frame(bench, &mut rig, number, list)?;
-            for (sum, found) in sums[index].iter_mut().zip(found) {
-                sum.add(&found, 1.0 / f64::from(FRAMES));
-            }
+        let found = of_frame(bench, &mut rig, number, &all)?;
+        for (sum, found) in all_sums.iter_mut().zip(found) {
+            sum.add(&found, 1.0 / f64::from(frames));
         }
     }
+    let mut sums = all_sums.into_iter();
+    let sums: Vec<Vec<TruthAt>> = lists
+        .iter()
+        .map(|list| sums.by_ref().take(list.len()).collect())
+        .collect();
     let names: Vec<String> = lists[2].iter().map(|judged| judged.name.clone()).collect();
     let mut sums = sums.into_iter();
     let mut next = || sums.next().unwrap_or_default();
     Ok(Truth {
         about: format!(
-            "Every pass was really run at every rate everywhere, in {FRAMES} frames, with the coverage and the deblocker of the defaults, and the \
+            "Every pass was really run at every rate everywhere, in {} of the animation, with the coverage and the deblocker of the defaults, and the \
              loss of luma was measured in what was drawn, over a quad for rates up to 2×2 and over the block of 4×4 for others. A quad is too \
              coarse if the loss at the analysis' rate is not below t · (luma + l), and too fine if a cheaper way would stay below it. An analysis \
-             was shown the frame itself: no motion, no feedback."
+             was shown the frame itself: no motion, no feedback.",
+            match frames {
+                1 => "one frame".to_owned(),
+                more => format!("{more} frames"),
+            }
         ),
         curve: next(),
         ambients: next(),
@@ -297,16 +300,20 @@ fn of_frame(
     bench: &Bench,
     rig: &mut Rig,
     number: u32,
-    list: &[Judged],
+    list: &[&Judged],
 ) -> Result<Vec<TruthAt>, Trouble> {
     let size = bench.size();
     let full = bench.full(number)?;
     let luma = |picture: &[u8]| Luma::from_rgba8(size[0], size[1], picture);
-    let mut coarse = Vec::new();
+    let mut drawn = Vec::new();
     for rate in Rate::ALL.into_iter().filter(|rate| *rate != Rate::R1X1) {
         rig.write_rates(&Sri::uniform(size[0], size[1], rate))?;
-        coarse.push((rate, luma(&bench.draw(rig, number)?)));
+        drawn.push((rate, bench.draw(rig, number)?));
     }
+    let coarse: Vec<(Rate, Luma)> = drawn
+        .par_iter()
+        .map(|(rate, picture)| (*rate, luma(picture)))
+        .collect();
     let errors = TrueErrors::new(&luma(&full), &coarse);
     let codes: &[[u8; 4]] = bytemuck::cast_slice(&full);
     let inputs = Inputs::of_colour(size, Colour::Codes(codes));

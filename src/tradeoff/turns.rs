@@ -206,10 +206,14 @@ fn passes(scene: SceneName, rounds: &[&Round], index: usize) -> Vec<PassTime> {
         .map(|name| {
             let of = |times: &&FrameTimes| times.get(name).copied();
             let full: Vec<f64> = rounds.iter().filter_map(|round| of(&&round.full)).collect();
+            let variable: Vec<f64> = own.iter().filter_map(of).collect();
+            let has_full = !full.is_empty();
             PassTime {
                 name: name.to_owned(),
-                full_ms: (!full.is_empty()).then(|| amortised(full)),
-                variable_ms: amortised(own.iter().filter_map(of).collect()),
+                full_p95_ms: has_full.then(|| quantile(&full, 0.95)),
+                full_ms: has_full.then(|| amortised(full)),
+                variable_p95_ms: quantile(&variable, 0.95),
+                variable_ms: amortised(variable),
             }
         })
         .collect()

@@ -1,6 +1,7 @@
 //! Why there is no view, or it cannot be used; and what is looked at before anything is made.
 
 use crate::{
+    Rate,
     build::{BuildOptions, gpu::Sizes},
     coverage::{Contradiction, Normals, Textures},
     limits::LimitError,
@@ -57,6 +58,14 @@ pub enum ViewError {
         /// The least size.
         wanted: [u32; 2],
     },
+    /// An origin that puts the view too far into its pictures.
+    #[error("a view of {extent:?} at {origin:?} ends beyond 65536 pixels")]
+    Origin {
+        /// The origin.
+        origin: [u32; 2],
+        /// The extent.
+        extent: [u32; 3],
+    },
     /// wgpu does not bind a texture of the coverage: it is of another kind, lacks a usage, or belongs to another device.
     #[error("the coverage's textures cannot be bound: {0}")]
     Refused(String),
@@ -93,6 +102,25 @@ fn check_options(options: &BuildOptions) -> Result<(), ViewError> {
         return Err(ViewError::Options(
             "effective rates and the graded buffer are by quads, which tiles with an odd side do not have: use another view for them",
         ));
+    }
+    if let Some(linear) = options.linear_depth {
+        if options.coverage.depth.is_none() {
+            return Err(ViewError::Options(
+                "linear depth is made of the coverage's depth, which is not declared",
+            ));
+        }
+        if !(linear.near > 0.0 && linear.far > linear.near && linear.far.is_finite()) {
+            return Err(ViewError::Options(
+                "the planes of linear depth have to be 0 < near < far",
+            ));
+        }
+        let is_small = width <= 16 && height <= 16 && !options.is_odd();
+        if !is_small || !options.largest.is_within(Rate::R2X2) {
+            return Err(ViewError::Options(
+                "entries have bits to spare for linear depth only where no group is larger than 2x2, and a tile's sides are even and at \
+                 most 16",
+            ));
+        }
     }
     if !options.wave.is_power_of_two() || options.wave > 128 {
         return Err(ViewError::Options("a wave has 1, 2, 4 … 128 invocations"));
@@ -153,6 +181,7 @@ pub(super) fn check_textures(
     options: &BuildOptions,
     textures: &Textures,
     extent: [u32; 3],
+    origin: [u32; 2],
 ) -> Result<(), ViewError> {
     if textures.sample.iter().any(|&at| at > textures.scale) {
         return Err(ViewError::Options(
@@ -176,7 +205,7 @@ pub(super) fn check_textures(
                 .saturating_mul(textures.scale.saturating_add(1))
                 .saturating_add(1)
         };
-        let wanted = [texels(extent[0]), texels(extent[1])];
+        let wanted = [0, 1].map(|axis| texels(origin[axis] + extent[axis]));
         if got[0] < wanted[0] || got[1] < wanted[1] {
             return Err(ViewError::SmallTexture { name, got, wanted });
         }

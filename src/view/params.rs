@@ -19,9 +19,10 @@ pub struct Params {
     pub tiles_per_row: u32,
     /// The word at which the entries start.
     pub entries: u32,
-    /// Words for each tile's entries; in the classified lists, room for tiles in each class.
+    /// Words for each tile's entries; in the classified lists, room for tiles in each class; in graded mode the tile's width, and its
+    /// height from bit 16 on.
     pub entries_per_tile: u32,
-    /// Room for entries in a list.
+    /// Room for entries in a list; words of the graded buffer's quads.
     pub capacity: u32,
     /// Words of an entry of a list.
     pub stride: u32,
@@ -46,7 +47,14 @@ impl Params {
             Mode::Tiled => (layout.tiles[0], layout.entries, layout.entries_per_tile),
             Mode::List => (layout.tiles[0], LIST_HEADER, 0),
             Mode::Classified => (layout.tiles[0], lists.mixed(), lists.tiles),
-            Mode::Graded | Mode::Auto => (lists.graded_pitch, 0, 0),
+            Mode::Graded | Mode::Auto => {
+                let [width, height] = options.tile;
+                (lists.graded_pitch, 0, width | height << 16)
+            }
+        };
+        let capacity = match mode {
+            Mode::Graded => lists.graded_words(),
+            _ => lists.capacity,
         };
         Params {
             extent,
@@ -60,7 +68,7 @@ impl Params {
             tiles_per_row,
             entries,
             entries_per_tile,
-            capacity: lists.capacity,
+            capacity,
             stride: lists.stride,
         }
     }

@@ -2,13 +2,15 @@
 //!
 //! *Does*: writes one HTML file that holds the scene's WGSL, the rewritten WGSL, the kernels of the analysis and of the builder as
 //! WGSL, and the words of their parameters, all made here; the page's script only binds and dispatches. *Guarantees*: the page
-//! proves the laws on the browser's own compiler and driver before it shows anything, with an oracle of its own. *Needs*: a
-//! browser with WebGPU, default limits.
+//! proves the laws on the browser's own compiler and driver, as soon as the first picture shows, with an oracle of its own. *Needs*: a
+//! browser with WebGPU, default limits; where it is not there, the page says so, and what to do.
 
-use naga::valid::{Capabilities, ValidationFlags, Validator};
+use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use serde_json::{Value, json};
 use vrcs_passes::{
-    Entries, Options, Source, emit, input, manifest,
+    Entries, Options, Source, emit, input,
+    instrument::{self, Shape},
+    manifest,
     options::{FullTiles, Mode},
 };
 
@@ -84,6 +86,10 @@ fn scene(source: &Source, entry: &str, size: [u32; 2]) -> Result<Value, WebError
     let Some(manifest) = rewritten.manifest.entries.first() else {
         unreachable!("a rewrite without a refusal has an entry");
     };
+    let counted = json!({
+        "original": counting(&module, &info, entry, size)?,
+        "rewritten": counting(&rewritten.module, &rewritten.info, entry, size)?,
+    });
     let group_size = fixed_size(manifest)?;
     let extent = [size[0], size[1], 1];
     let params = view::Params::new(extent, true, group_size, Mode::Tiled, size, &options());
@@ -101,6 +107,36 @@ fn scene(source: &Source, entry: &str, size: [u32; 2]) -> Result<Value, WebError
         "groups": manifest.groups_for(extent, group_size),
         "bindings": bindings,
         "params": words(bytemuck::bytes_of(&params)),
+        "counted": counted,
+    }))
+}
+
+/// A build that counts the stores to each pixel, for the law of the partition.
+fn counting(
+    module: &naga::Module,
+    info: &ModuleInfo,
+    entry: &str,
+    size: [u32; 2],
+) -> Result<Value, WebError> {
+    let own = |why: String| WebError::Shader(format!("the build that counts stores: {why}"));
+    let mut entries = module.entry_points.iter();
+    let index = entries.position(|point| point.name == entry);
+    let index = index.ok_or_else(|| own(format!("there is no `{entry}`")))?;
+    for (_, global) in module.global_variables.iter() {
+        let is_buffer = matches!(global.space, naga::AddressSpace::Storage { access } if access.contains(naga::StorageAccess::STORE));
+        if is_buffer {
+            return Err(own("the page has no storage buffers to write".to_owned()));
+        }
+    }
+    let shape = |_| Some(Shape::Texture([size[0], size[1], 1]));
+    let counted = instrument::count_stores(module, info, index, &shape, &|_| 0);
+    let info = Validator::new(ValidationFlags::all(), Capabilities::all())
+        .validate(&counted.module)
+        .map_err(|error| own(error.to_string()))?;
+    let text = emit::wgsl(&counted.module, &info).map_err(|error| own(error.to_string()))?;
+    Ok(json!({
+        "text": text,
+        "binding": [counted.binding.group, counted.binding.binding],
     }))
 }
 
@@ -120,7 +156,7 @@ fn builder(size: [u32; 2]) -> Result<Value, WebError> {
     let sri = SriLayout::new(size[0], size[1]);
     let params = build::gpu::params(&options, [size[0], size[1], 1], Order::Fixed);
     Ok(json!({
-        "text": text(build::gpu::KERNEL, &build::gpu::defs(&options))?,
+        "text": text(build::gpu::kernel(&options), &build::gpu::defs(&options))?,
         "entry": "build",
         "groups": build::gpu::groups(&options, size),
         "words": layout.words(),

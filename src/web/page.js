@@ -7,13 +7,29 @@ const OVERLAY = ['#d64541', '#e8a33d', '#e8d33d', '#3aa655'];
 
 // ---- the device
 
+// What keeps the page from running, and what its reader can do about it.
+class NotHere extends Error {
+    constructor(why, ...steps) {
+        super(why);
+        this.steps = steps;
+    }
+}
+
 async function open() {
+    if (!globalThis.isSecureContext) {
+        throw new NotHere('this page was not loaded from a place that the browser trusts, and WebGPU is only there for those',
+            'Open the file from your disk, or serve it over https or from localhost (python3 -m http.server, then http://localhost:8000).');
+    }
     if (!navigator.gpu) {
-        throw new Error('this browser has no WebGPU');
+        throw new NotHere('this browser has no WebGPU',
+            'Chrome and Edge have it from version 113 on, Safari from 26, Firefox from 141 on Windows and from 145 on macOS.',
+            'On Linux, start Chrome with --enable-unsafe-webgpu --enable-features=Vulkan, or set chrome://flags/#enable-unsafe-webgpu.');
     }
     const adapter = await navigator.gpu.requestAdapter();
     if (!adapter) {
-        throw new Error('this browser finds no WebGPU adapter');
+        throw new NotHere('this browser has WebGPU, and finds no adapter for it',
+            'chrome://gpu (Firefox: about:support) tells why; often hardware acceleration is off, or the driver is blocked.',
+            'On Linux, start Chrome with --enable-unsafe-webgpu --enable-features=Vulkan; without a GPU, add --use-webgpu-adapter=swiftshader.');
     }
     const software = adapter.info?.isFallbackAdapter || adapter.info?.architecture === 'swiftshader';
     // SwiftShader's timestamps end the browser's GPU process
@@ -61,14 +77,15 @@ function stage(device) {
     const builder = pipeline(build.text, build.entry);
     const analyser = pipeline(analyse.text, analyse.entry);
 
-    const own = scene.bindings.map(([, binding], i) => [binding, whole([filled(scene.params, BUFFER.UNIFORM), coords][i])]);
-    const shaded = made => [[0, whole(frame)], [1, made.createView()]];
+    // of [group, binding, resource], some in one group
+    const bindAll = (made, resources) => [...new Set(resources.map(([group]) => group))].map(group =>
+        [group, bind(made, group, resources.filter(([of]) => of === group).map(([, ...entry]) => entry))]);
+    const params = filled(scene.params, BUFFER.UNIFORM);
+    const added = scene.bindings.map(([group, binding], i) => [group, binding, whole([params, coords][i])]);
+    const shaded = made => [[0, 0, whole(frame)], [0, 1, made.createView()]];
     const groups = {
-        original: bind(original, 0, shaded(full)),
-        // the added bindings may stand in the shader's own group
-        rewritten: scene.bindings[0][0] === 0
-            ? [[0, bind(rewritten, 0, [...shaded(variable), ...own])]]
-            : [[0, bind(rewritten, 0, shaded(variable))], [scene.bindings[0][0], bind(rewritten, scene.bindings[0][0], own)]],
+        original: bindAll(original, shaded(full)),
+        rewritten: bindAll(rewritten, [...shaded(variable), ...added]),
         builder: bind(builder, 0, [[0, whole(filled(build.params, BUFFER.UNIFORM))], [1, whole(sri)], [2, whole(coords)]]),
         analyser: bind(analyser, 0, [
             [analyse.bindings.params, whole(settings)],
@@ -90,8 +107,26 @@ function stage(device) {
         setRates: bytes => device.queue.writeBuffer(sri, 0, bytes),
         shadeOriginal(pass) {
             pass.setPipeline(original);
-            pass.setBindGroup(0, groups.original);
+            groups.original.forEach(([index, group]) => pass.setBindGroup(index, group));
             pass.dispatchWorkgroups(...scene.original_groups);
+        },
+        // Builds of both shaders that count the stores to each pixel: made for the laws alone.
+        counting() {
+            const counts = buffer(width * height * 4, BUFFER.STORAGE | BUFFER.COPY_SRC);
+            const made = ({ text, binding }, resources, size) => {
+                const counted = pipeline(text, scene.entry);
+                const bound = bindAll(counted, [...resources, [...binding, whole(counts)]]);
+                return pass => {
+                    pass.setPipeline(counted);
+                    bound.forEach(([index, group]) => pass.setBindGroup(index, group));
+                    pass.dispatchWorkgroups(...size);
+                };
+            };
+            return {
+                counts,
+                original: made(scene.counted.original, shaded(full), scene.original_groups),
+                rewritten: made(scene.counted.rewritten, [...shaded(variable), ...added], scene.groups),
+            };
         },
         analyse(pass) {
             pass.setPipeline(analyser);
@@ -134,18 +169,19 @@ async function readPicture(device, texture) {
 // The pixel that is shaded for each pixel, as an index: the first of its block, and itself in a tile too full to save a wave.
 function primaries(rateAt) {
     const first = new Uint32Array(width * height);
-    const counts = new Map();
-    const tileOf = (x, y) => `${Math.floor(x / build.tile[0])},${Math.floor(y / build.tile[1])}`;
+    const across = Math.ceil(width / build.tile[0]);
+    const counts = new Uint32Array(across * Math.ceil(height / build.tile[1]));
+    const tileOf = (x, y) => Math.floor(y / build.tile[1]) * across + Math.floor(x / build.tile[0]);
     for (let y = 0; y < height; y++) {
         for (let x = 0; x < width; x++) {
             const [w, h] = rateAt(x >> 1, y >> 1);
             first[y * width + x] = (y - y % h) * width + (x - x % w);
             if (x % w === 0 && y % h === 0) {
-                counts.set(tileOf(x, y), (counts.get(tileOf(x, y)) ?? 0) + 1);
+                counts[tileOf(x, y)] += 1;
             }
         }
     }
-    return first.map((index, i) => counts.get(tileOf(i % width, Math.floor(i / width))) > build.full ? i : index);
+    return first.map((index, i) => counts[tileOf(i % width, Math.floor(i / width))] > build.full ? i : index);
 }
 
 function image(codeAt) {
@@ -158,13 +194,18 @@ function image(codeAt) {
     return bytes;
 }
 
-async function laws(device, made) {
+// Holds the laws, with pictures of its own, beside the ones that show.
+async function laws(device) {
+    const made = stage(device);
     made.setTime(1);
-    let encoder = device.createCommandEncoder();
-    let pass = encoder.beginComputePass();
-    made.shadeOriginal(pass);
-    pass.end();
-    device.queue.submit([encoder.finish()]);
+    const run = work => {
+        const encoder = device.createCommandEncoder();
+        const pass = encoder.beginComputePass();
+        work(pass);
+        pass.end();
+        device.queue.submit([encoder.finish()]);
+    };
+    run(made.shadeOriginal);
     const expected = await readPicture(device, made.full);
 
     let seed = 0x2545f491;
@@ -178,17 +219,32 @@ async function laws(device, made) {
     const found = [];
     for (const [name, rateAt] of cases) {
         made.setRates(image(rateAt));
-        encoder = device.createCommandEncoder();
-        pass = encoder.beginComputePass();
-        made.shadeRewritten(pass);
-        pass.end();
-        device.queue.submit([encoder.finish()]);
+        run(made.shadeRewritten);
         const got = await readPicture(device, made.variable);
         const from = primaries((x, y) => rateAt(x, y).size);
         const wrong = got.reduce((sum, pixel, i) => sum + (pixel !== expected[from[i]]), 0);
         const shaded = from.reduce((sum, index, i) => sum + (index === i), 0);
         found.push({ name, wrong, shaded: shaded / from.length });
     }
+    // partition: every pixel is stored to exactly as often as the original stores to its primary
+    const { counts, original, rewritten } = made.counting();
+    const count = async work => {
+        const zeroes = device.createCommandEncoder();
+        zeroes.clearBuffer(counts);
+        device.queue.submit([zeroes.finish()]);
+        run(work);
+        return new Uint32Array(await read(device, (encoder, buffer) =>
+            encoder.copyBufferToBuffer(counts, 0, buffer, 0, counts.size), counts.size));
+    };
+    const stored = await count(original);
+    const rateAt = (x, y) => build.rates[mixed[y * build.sri.width + x]];
+    const [from, copied] = [primaries((x, y) => rateAt(x, y).size), await count(rewritten)];
+    const wrong = copied.reduce((sum, times, i) => sum + (times !== stored[from[i]]), 0);
+    found.stores = copied.reduce((sum, times) => sum + times, 0);
+    found.push({
+        name: 'partition, rates at random', wrong,
+        shaded: from.reduce((sum, index, i) => sum + (index === i), 0) / from.length,
+    });
     // a picture of one colour would hold any law
     found.colours = new Set(expected).size;
     return found;
@@ -300,18 +356,40 @@ async function show(device, made, software) {
     } : {});
 
     let split = width / 2;
-    const drag = event => {
-        const box = element('figure').getBoundingClientRect();
-        if (event.buttons) {
-            split = (event.clientX - box.left) / box.width * width;
-        }
+    const figure = element('figure');
+    const move = to => {
+        split = Math.min(Math.max(to, 0), width);
+        const percent = Math.round(100 * split / width);
+        figure.setAttribute('aria-valuenow', percent);
+        figure.setAttribute('aria-valuetext', `${percent} % original`);
     };
-    element('figure').addEventListener('pointerdown', drag);
-    element('figure').addEventListener('pointermove', drag);
+    move(split);
+    const drag = event => {
+        const box = figure.getBoundingClientRect();
+        move((event.clientX - box.left) / box.width * width);
+    };
+    figure.addEventListener('pointerdown', event => {
+        figure.setPointerCapture(event.pointerId);
+        drag(event);
+    });
+    figure.addEventListener('pointermove', event => figure.hasPointerCapture(event.pointerId) && drag(event));
+    figure.addEventListener('keydown', event => {
+        const step = (event.shiftKey ? 0.1 : 0.01) * width;
+        const to = {
+            ArrowLeft: split - step, ArrowDown: split - step, ArrowRight: split + step, ArrowUp: split + step,
+            PageDown: split - width / 10, PageUp: split + width / 10, Home: 0, End: width,
+        }[event.key];
+        if (to !== undefined) {
+            event.preventDefault();
+            move(to);
+        }
+    });
 
     const history = [[], [], []];
     const middle = values => [...values].sort((a, b) => a - b)[values.length >> 1];
     let [frames, seconds, last] = [0, 1, undefined];
+    let shown;
+    const first = new Promise(resolve => shown = resolve);
     const next = async now => {
         const moving = element('moving').checked;
         seconds += moving && last !== undefined ? Math.min(now - last, 100) / 1000 : 0;
@@ -340,6 +418,7 @@ async function show(device, made, software) {
         }
         device.queue.submit([encoder.finish()]);
         await present(split, element('overlay').checked);
+        shown();
         if (frames % 8 === 1) {
             await figures();
         }
@@ -391,6 +470,7 @@ async function show(device, made, software) {
         return performance.now() - start;
     };
     requestAnimationFrame(next);
+    await first;
 }
 
 // ---- the page
@@ -405,26 +485,34 @@ async function main() {
     const { device, adapter, software } = await open();
     const problems = [];
     device.addEventListener('uncapturederror', event => problems.push(event.error.message));
-    const made = stage(device);
-    const found = await laws(device, made);
+    await show(device, stage(device), software);
+    const order = ['picture'];
     const table = element('laws');
+    table.rows[0].cells[0].textContent = 'being held …';
+    const found = await laws(device);
+    order.push('laws');
     table.replaceChildren();
     for (const { name, wrong, shaded } of found) {
         row(table, `${name}, ${(100 * shaded).toFixed(1)} % shaded`, wrong === 0 ? 'held, bit for bit' : `${wrong} pixels differ`, wrong === 0 ? 'held' : 'broken');
     }
     const info = adapter.info ?? {};
     row(table, 'on', [info.vendor, info.architecture, info.description].filter(Boolean).join(' ') || 'an adapter without a name');
-    await show(device, made, software);
-    return { laws: found, colours: found.colours, problems };
+    return { laws: found, colours: found.colours, stores: found.stores, order, problems };
 }
 
 let outcome;
 try {
     outcome = await main();
 } catch (error) {
+    const why = error instanceof NotHere ? error.message : String(error);
     element('laws').replaceChildren();
-    row(element('laws'), String(error), 'not shown', 'broken');
-    outcome = { broken: String(error) };
+    row(element('laws'), why, 'not held', 'broken');
+    element('figure').hidden = true;
+    element('help').hidden = false;
+    element('why').textContent = `Nothing runs here: ${why}.`;
+    element('steps').replaceChildren(...(error.steps ?? []).map(step =>
+        Object.assign(document.createElement('li'), { textContent: step })));
+    outcome = { broken: why, steps: error.steps ?? [] };
 }
 // where a test serves the page, it wants to be told
 if (location.search === '?answer') {

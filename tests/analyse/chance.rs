@@ -74,7 +74,7 @@ pub fn settings(rng: &mut Rng, scene: &mut Scene) -> Settings {
     });
     let is_scaled = scene.motion && matches!(blur, Blur::Scaled | Blur::Linear);
     scene.blur = scene.motion && matches!(blur, Blur::Scaled | Blur::Linear) && rng.bool();
-    Settings {
+    let settings = Settings {
         content,
         later_blur: scene.blur,
         // depths of the frame are around 0.3
@@ -114,6 +114,20 @@ pub fn settings(rng: &mut Rng, scene: &mut Scene) -> Settings {
         ][rng.usize(..3)],
         smoothing: [Smoothing::None, Smoothing::Limit, Smoothing::Conservative][rng.usize(..3)],
         largest: [Rate::R2X2, Rate::R4X2, Rate::R4X4, Rate::R2X4][rng.usize(..4)],
+    };
+    if !settings.is_by_motion_alone() {
+        return settings;
+    }
+    // there is no error of the content's to tolerate
+    (scene.after_transparents, scene.plain_rates) = (false, false);
+    Settings {
+        stability: Stability::None,
+        half_rate: None,
+        transparents: false,
+        foveation: None,
+        overshoot: Vec::new(),
+        safe_area: None,
+        ..settings
     }
 }
 

@@ -50,11 +50,10 @@ fn the_gpu_makes_the_bytes_of_its_integer_twin() {
             size
         };
         let frame = Frame {
-            size,
             previous_size: previous,
             has_history: rng.u32(..16) > 0,
             resolution_scale: 0.5 + rng.f64() / 2.0,
-            cameras: None,
+            ..Frame::of_size(size)
         };
         let made = Made::new(size, previous, &mut rng);
         let wanted =

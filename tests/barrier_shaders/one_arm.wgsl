@@ -1,5 +1,5 @@
-// Only one arm of a uniform condition fills workgroup memory and meets; behind it, both arms store. (Not run: lavapipe takes a quarter of a
-// minute to compile a barrier under a condition with this around it; what is asked of it is what the rewriter decides.)
+// Only one arm of a uniform condition fills workgroup memory and meets; behind it, both arms store. (Lavapipe takes a minute to compile a
+// barrier under a condition with this around it, so that its laws are held on another driver.)
 
 struct Tap {
     color: vec3<f32>,

@@ -79,6 +79,15 @@ pub fn tint(texts: &BTreeMap<String, String>) -> Option<BTreeMap<String, Vec<Str
 /// # Panics
 /// If Chromium does not do what it should.
 pub fn run(page: &str, texts: &str) -> Option<serde_json::Value> {
+    let gpu = ["--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader"];
+    run_with(&gpu, page, texts)
+}
+
+/// The same with other arguments than those for WebGPU on a software adapter.
+///
+/// # Panics
+/// If Chromium does not do what it should.
+pub fn run_with(arguments: &[&str], page: &str, texts: &str) -> Option<serde_json::Value> {
     let program = chromium()?;
     let profile = tempfile::tempdir().expect("a folder");
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
@@ -94,9 +103,8 @@ pub fn run(page: &str, texts: &str) -> Option<serde_json::Value> {
                 "--disable-background-networking",
                 "--disable-component-update",
                 "--disable-sync",
-                "--enable-unsafe-webgpu",
-                "--use-webgpu-adapter=swiftshader",
             ])
+            .args(arguments)
             .arg(format!("--user-data-dir={}", profile.path().display()))
             .arg(format!("http://127.0.0.1:{port}/?answer"))
             .stdin(Stdio::null())

@@ -45,9 +45,13 @@ pub fn parse(source: &Source) -> (naga::Module, naga::valid::ModuleInfo) {
 
 /// Checks the entry point `main` of a shader with a job.
 pub fn run(source: &Source, job: &Job) -> Report {
+    run_on(&gpu(), source, job)
+}
+
+/// The same on a device that is there: the builders that it has made are not made again.
+pub fn run_on(gpu: &Gpu, source: &Source, job: &Job) -> Report {
     let (module, info) = parse(source);
-    check(&gpu(), source, &module, &info, job, &mut |_| {})
-        .unwrap_or_else(|error| panic!("{error}"))
+    check(gpu, source, &module, &info, job, &mut |_| {}).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// Checks a shader with a job, and expects that every law held, each more often than `times`; then once more as a module, with

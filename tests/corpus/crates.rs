@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 
 use vrcs_passes::input::{Invalid, Reader, Shader, compose};
 
+use super::prepare;
+
 #[path = "../common/published.rs"]
 mod published;
 
@@ -15,11 +17,16 @@ pub struct Package {
     defines: &'static [(&'static str, &'static str)],
     /// Crates whose shaders it imports.
     imports: &'static [(&'static str, &'static str)],
-    /// A folder whose files are imported by their names, as vello does.
-    named: Option<&'static str>,
+    /// What its build or its renderer defines for single files (the end of the file's path).
+    passes: &'static [Pass],
+    /// What its build or its renderer does to the text of a file before a compiler sees it.
+    prepare: Option<fn(&Path, &Path, &str) -> String>,
     /// What stands before its shaders and did not have to for the naga that it was published with.
     head: &'static str,
 }
+
+/// The end of a file's path, and what is defined for that file.
+type Pass = (&'static str, &'static [&'static str]);
 
 const fn plain(name: &'static str, version: &'static str) -> Package {
     Package {
@@ -27,7 +34,8 @@ const fn plain(name: &'static str, version: &'static str) -> Package {
         version,
         defines: &[],
         imports: &[],
-        named: None,
+        passes: &[],
+        prepare: None,
         head: "",
     }
 }
@@ -57,7 +65,8 @@ const fn bevy(name: &'static str) -> Package {
             ("WORLD_CACHE_SIZE", "1048576"),
         ],
         imports: BEVY,
-        named: None,
+        passes: &[],
+        prepare: None,
         head: "",
     }
 }
@@ -65,22 +74,73 @@ const fn bevy(name: &'static str) -> Package {
 /// All of them.
 pub const PACKAGES: &[Package] = &[
     plain("bevy_atmosphere", "0.13.0"),
-    bevy("bevy_core_pipeline"),
+    Package {
+        passes: &[("mip_generation/downsample.wgsl", &["FIRST_PASS"])],
+        prepare: Some(prepare::texture_format),
+        ..bevy("bevy_core_pipeline")
+    },
     plain("bevy_eulerian_fluid", "0.4.0"),
     plain("bevy_magic_light_2d", "0.8.0"),
-    bevy("bevy_pbr"),
+    Package {
+        passes: &[
+            (
+                "cull_bvh.wgsl",
+                &["MESHLET_BVH_CULLING_PASS", "MESHLET_FIRST_CULLING_PASS"],
+            ),
+            (
+                "cull_clusters.wgsl",
+                &["MESHLET_CLUSTER_CULLING_PASS", "MESHLET_FIRST_CULLING_PASS"],
+            ),
+            (
+                "cull_instances.wgsl",
+                &[
+                    "MESHLET_INSTANCE_CULLING_PASS",
+                    "MESHLET_FIRST_CULLING_PASS",
+                ],
+            ),
+            (
+                "visibility_buffer_software_raster.wgsl",
+                &[
+                    "MESHLET_VISIBILITY_BUFFER_RASTER_PASS",
+                    "MESHLET_VISIBILITY_BUFFER_RASTER_PASS_OUTPUT",
+                ],
+            ),
+        ],
+        ..bevy("bevy_pbr")
+    },
     bevy("bevy_post_process"),
     bevy("bevy_render"),
     Package {
         head: "enable wgpu_binding_array;\n",
+        passes: &[
+            ("resolve_dlss_rr_textures.wgsl", &["DLSS_RR_GUIDE_BUFFERS"]),
+            (
+                "world_cache_compact.wgsl",
+                &["WORLD_CACHE_NON_ATOMIC_LIFE_BUFFER"],
+            ),
+        ],
         ..bevy("bevy_solari")
     },
-    plain("blade-render", "0.4.0"),
+    Package {
+        prepare: Some(prepare::blade),
+        head: "enable wgpu_binding_array;\nenable wgpu_ray_query;\n",
+        ..plain("blade-render", "0.4.0")
+    },
     plain("cuneus", "0.6.4"),
     Package {
-        named: Some("shader/shared"),
+        prepare: Some(prepare::filtrate),
+        ..plain("filtrate", "0.2.0")
+    },
+    Package {
+        prepare: Some(prepare::kiss3d),
+        ..plain("kiss3d", "0.44.0")
+    },
+    plain("oxiui-render-wgpu", "0.1.1"),
+    Package {
+        prepare: Some(prepare::vello),
         ..plain("vello_shaders", "0.9.0")
     },
+    plain("viewport-lib", "0.22.0"),
 ];
 
 /// A file with compute entry points, or the reason why it cannot be read on its own.
@@ -116,19 +176,22 @@ impl Package {
                 reader = reader.module(path.display().to_string(), text);
             }
         }
-        let shared = self.named.map(|folder| root.join(folder));
         let mut files = Vec::new();
         for path in shaders(&root) {
             let text = std::fs::read_to_string(&path).expect("a shader of the crate");
             if !text.contains("@compute") {
                 continue;
             }
-            let text = match &shared {
-                Some(shared) => with_named(&text, shared),
+            let text = match self.prepare {
+                Some(prepare) => prepare(&root, &path, &text),
                 None => text,
             };
             let name = path.strip_prefix(&root).expect("a file of the crate");
             let name = name.display().to_string();
+            let passes = self.passes.iter().filter(|(end, _)| name.ends_with(end));
+            let reader = passes
+                .flat_map(|(_, defines)| *defines)
+                .fold(reader.clone(), |reader, name| reader.define(*name, ""));
             files.push(File {
                 shader: reader.wgsl([(name.clone(), format!("{}{text}", self.head))]),
                 path: name,
@@ -156,37 +219,4 @@ fn shaders(folder: &Path) -> Vec<PathBuf> {
     }
     found.sort();
     found
-}
-
-/// Puts the files that `#import name` names in its place, each once, with nothing defined.
-fn with_named(text: &str, shared: &Path) -> String {
-    let mut whole = String::new();
-    // whether each condition that is open holds
-    let mut open: Vec<bool> = Vec::new();
-    for line in text.lines() {
-        let words: Vec<&str> = line.split_whitespace().collect();
-        match words.as_slice() {
-            ["#ifdef", ..] => open.push(false),
-            ["#ifndef", ..] => open.push(true),
-            ["#else", ..] => {
-                if let Some(holds) = open.last_mut() {
-                    *holds = !*holds;
-                }
-            }
-            ["#endif", ..] => {
-                open.pop();
-            }
-            _ if open.contains(&false) => {}
-            ["#import", name] => {
-                let path = shared.join(format!("{name}.wgsl"));
-                let text = std::fs::read_to_string(&path).expect("a shared file");
-                whole.push_str(&with_named(&text, shared));
-            }
-            _ => {
-                whole.push_str(line);
-                whole.push('\n');
-            }
-        }
-    }
-    whole
 }

@@ -10,6 +10,8 @@ mod child;
 #[path = "../common/mod.rs"]
 mod common;
 mod crates;
+mod prepare;
+mod screen;
 mod table;
 mod verdicts;
 
@@ -31,18 +33,21 @@ fn rows() -> Option<Vec<(Row, Option<Shader>)>> {
                 Ok(shader) => shader.clone(),
                 Err(invalid) => {
                     let became = Became::NotRead(table::first_line(&invalid.rendered));
-                    let row = Row::new(package, &file.path, "", (became.clone(), became, None));
+                    let mut row = Row::new(package, &file.path, "", (became.clone(), became, None));
+                    row.counts = false;
                     rows.push((row, None));
                     continue;
                 }
             };
-            let compute =
-                shader.module.entry_points.iter().filter(|entry| {
-                    entry.stage == naga::ShaderStage::Compute && file.has(&entry.name)
-                });
-            for entry in compute {
+            let compute = shader.module.entry_points.iter().enumerate();
+            let compute = compute.filter(|(_, entry)| {
+                entry.stage == naga::ShaderStage::Compute && file.has(&entry.name)
+            });
+            for (index, entry) in compute {
                 let became = table::rewritten(&shader, &entry.name);
-                let row = Row::new(package, &file.path, &entry.name, became);
+                let mut row = Row::new(package, &file.path, &entry.name, became);
+                row.counts = screen::counts(&shader.module, index, &row.became);
+                row.lacking = screen::lacking(&shader.module, &shader.info, index);
                 rows.push((row, Some(shader.clone())));
             }
         }
@@ -59,7 +64,7 @@ fn the_table_is_current_and_every_refusal_has_been_read() {
     let rows: Vec<Row> = rows.into_iter().map(|(row, _)| row).collect();
     let unread: Vec<String> = rows
         .iter()
-        .filter(|row| matches!(row.became, Became::Refused(_)))
+        .filter(|row| row.is_refused())
         .filter(|row| verdicts::of(&row.package, &row.file, &row.entry).is_none())
         .map(|row| {
             format!(

@@ -10,6 +10,12 @@ pub const VERDICTS: &[(&str, &str, &[&str], &str)] = &[
         "right: a mip chain through workgroup memory, four texels an invocation; no pixel of its own",
     ),
     (
+        "bevy_core_pipeline",
+        "mip_generation/downsample.wgsl",
+        &["*"],
+        "right: a mip chain through workgroup memory, four texels an invocation; no pixel of its own",
+    ),
+    (
         "bevy_eulerian_fluid",
         "sample_forces.wgsl",
         &["*"],
@@ -23,12 +29,6 @@ pub const VERDICTS: &[(&str, &str, &[&str], &str)] = &[
     ),
     (
         "bevy_eulerian_fluid",
-        "gauss_seidel.wgsl",
-        &["*"],
-        "right: a relaxation in place reads its neighbours",
-    ),
-    (
-        "bevy_eulerian_fluid",
         "update.wgsl",
         &["*"],
         "right: an iteration in place reads its neighbours",
@@ -37,13 +37,13 @@ pub const VERDICTS: &[(&str, &str, &[&str], &str)] = &[
         "bevy_eulerian_fluid",
         "extrapolate_u.wgsl",
         &["*"],
-        "right: reads at the surface what other cells write",
+        "right: reads beside it what other cells write; that they are told apart by data (which cells are valid) does not help, since a copy goes where its own pixel's data would not let it",
     ),
     (
         "bevy_eulerian_fluid",
         "extrapolate_v.wgsl",
         &["*"],
-        "right: reads at the surface what other cells write",
+        "right: reads beside it what other cells write; that they are told apart by data (which cells are valid) does not help, since a copy goes where its own pixel's data would not let it",
     ),
     (
         "bevy_eulerian_fluid",
@@ -65,12 +65,6 @@ pub const VERDICTS: &[(&str, &str, &[&str], &str)] = &[
     ),
     (
         "bevy_solari",
-        "restir_di.wgsl",
-        &["initial_and_temporal"],
-        "right by default: more storage buffers than WebGPU promises; with `--max-storage-buffers` it is rewritten",
-    ),
-    (
-        "bevy_solari",
         "restir_gi.wgsl",
         &["initial_and_temporal"],
         "right: claims cells of a hash table by compare-and-exchange",
@@ -80,6 +74,18 @@ pub const VERDICTS: &[(&str, &str, &[&str], &str)] = &[
         "specular_gi.wgsl",
         &["*"],
         "right: claims cells of a hash table by compare-and-exchange",
+    ),
+    (
+        "blade-render",
+        "fill-gbuf.wgsl",
+        &["*"],
+        "right: the pixel under the mouse notes what it hit, and lines for debugging are appended by an atomic whose result is used",
+    ),
+    (
+        "kiss3d",
+        "rt_kernel.wgsl",
+        &["*"],
+        "right by default: it uses all the storage buffers that WebGPU promises; with `--max-storage-buffers 9` it is rewritten",
     ),
     (
         "cuneus",
@@ -113,27 +119,21 @@ pub const VERDICTS: &[(&str, &str, &[&str], &str)] = &[
     ),
     (
         "cuneus",
-        "buddhabrot.wgsl",
-        &["main_image"],
-        "right: clears a histogram that other invocations read",
-    ),
-    (
-        "cuneus",
         "pinscreen.wgsl",
         &["dof_gather", "dof_post"],
-        "right as far as can be proved: reads one third of a buffer and writes another, told apart by clamped indices alone",
+        "right as far as can be proved: reads one third of a buffer and writes another; that a third holds half the picture's pixels follows from `dims.x * dims.y <= MAXPIX` only for textures that are not much wider than high",
     ),
     (
         "cuneus",
         "gaussian.wgsl",
         &["render_display"],
-        "a tile works together, with barriers: a rewrite by regions may come",
+        "right: trains while it draws, adding gradients up by atomics",
     ),
     (
         "cuneus",
         "lich.wgsl",
         &["splat"],
-        "right: scatters by atomics",
+        "right by default: scatters by atomics",
     ),
     (
         "cuneus",
@@ -158,6 +158,18 @@ pub const VERDICTS: &[(&str, &str, &[&str], &str)] = &[
         "fine.wgsl",
         &["*"],
         "right: spills blend state into memory that it allocates, in a loop",
+    ),
+    (
+        "viewport-lib",
+        "exposure.wgsl",
+        &["build_main"],
+        "right by default: counts into a histogram by atomics",
+    ),
+    (
+        "viewport-lib",
+        "hiz_reproject.wgsl",
+        &["scatter"],
+        "right by default: scatters depths to where they are seen from now, by atomics",
     ),
 ];
 

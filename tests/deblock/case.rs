@@ -17,6 +17,10 @@ pub struct Case {
     pub order: u32,
     pub depth: Option<(Depth, Vec<f32>)>,
     pub surfaces: Option<Vec<u32>>,
+    /// Whether it is counted what is filtered: one pixel after the other then.
+    pub is_counted: bool,
+    /// Whether coverage is declared.
+    pub has_coverage: bool,
 }
 
 impl Case {
@@ -32,6 +36,8 @@ impl Case {
             order: 0,
             depth: None,
             surfaces: None,
+            is_counted: true,
+            has_coverage: true,
         }
     }
 
@@ -66,7 +72,8 @@ impl Case {
         Options {
             depth: self.depth.as_ref().map(|(depth, _)| *depth),
             surfaces: self.surfaces.is_some(),
-            counters: true,
+            coverage: self.has_coverage,
+            counters: self.is_counted,
             ..Options::new(picture)
         }
     }

@@ -137,6 +137,55 @@ fn the_gpu_makes_what_its_twin_makes() {
 }
 
 #[test]
+fn whole_quads_are_filtered_as_their_pixels_are() {
+    // where nothing is counted and no surface asked for, a quad is filtered at once, unless coverage has split it
+    let bench = Bench::new();
+    let seed = common::seed();
+    let formats = [
+        Picture::Texture(TextureFormat::Rgba8Unorm),
+        Picture::R32Uint(Packing::Rg11b10Ufloat),
+        Picture::Buffer(Packing::Rgba32Float),
+    ];
+    for (f, picture) in formats.into_iter().enumerate() {
+        let packing = packing_of(picture);
+        for (s, extent) in SIZES.into_iter().enumerate() {
+            if (f + s) % 2 == 0 {
+                continue;
+            }
+            let mut rng = Rng::with_seed(seed + 5000 + (f * 100 + s) as u64);
+            let rates = random_rates(extent, &mut rng);
+            let mut case = Case::new(extent, rates, |_, _| [0.0; 4]);
+            (case.order, case.is_counted) = (rng.u32(0..5), false);
+            case.has_coverage = (f + s) % 4 == 1;
+            let mut colors: Vec<_> = (0..5).map(|_| random_color(&mut rng)).collect();
+            if packing == Packing::Rgba32Float {
+                colors.extend([[f32::INFINITY, 0.5, 0.5, 1.0], [0.5, 1e38, f32::NAN, 1.0]]);
+            }
+            case.colors.fill_with(|| colors[rng.usize(0..colors.len())]);
+            let case = case.rounded(packing);
+            let mut known = case.clone();
+            if !case.has_coverage {
+                // what is marked as split is left alone
+                known.rates = Sri::from_fn(extent[0], extent[1], |x, y| {
+                    let byte = case.rates.code(x, y);
+                    if byte & 0x80 == 0 { byte } else { 0 }
+                });
+            }
+            let wanted = Deblocked {
+                counters: Default::default(),
+                ..cpu::deblock(&known.scene())
+            };
+            let what = format!("{picture:?} {extent:?} order {}", case.order);
+            assert_twins(&bench.run(&case, picture), &wanted, picture, &what);
+            if f == 0 {
+                let luma = bench.deblocker(&case, picture, Some(Luma::SRGB), true);
+                assert_twins(&bench.run_with(&luma, &case), &wanted, picture, &what);
+            }
+        }
+    }
+}
+
+#[test]
 fn every_format_is_told_how_it_is_stored() {
     let bench = Bench::new();
     let case = Case::new([20, 12], Sri::uniform(20, 12, Rate::R2X2), |x, y| {

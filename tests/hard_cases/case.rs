@@ -33,6 +33,7 @@ pub static MEASURED: Mutex<Vec<(&'static str, &'static str, String)>> = Mutex::n
 
 /// Runs a case and notes what was measured.
 pub fn hold(family: &Family, case: &Case) -> Result<(), String> {
+    let start = std::time::Instant::now();
     let outcome = std::panic::catch_unwind(case.run).unwrap_or_else(|panic| {
         let text = panic
             .downcast_ref::<String>()
@@ -40,6 +41,9 @@ pub fn hold(family: &Family, case: &Case) -> Result<(), String> {
             .or_else(|| panic.downcast_ref::<&str>().map(|&text| text.to_owned()));
         Err(text.unwrap_or_else(|| "it panicked".to_owned()))
     });
+    // tests run side by side, so that this is no more than a hint which of them is slow
+    let seconds = start.elapsed().as_secs_f64();
+    println!("{}::{}: {seconds:.1} s", family.name, case.id);
     let measured = outcome.map_err(|why| {
         format!(
             "{}: {}\n  bound: {}\n  found: {why}\n  kept by: {}",

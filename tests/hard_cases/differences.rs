@@ -3,12 +3,14 @@
 use vrcs::{
     Rate,
     analyse::{Colour, Inputs, Settings, settings::*},
+    plan::ColourForm,
     sri::Sri,
 };
 
 use crate::{
     case::{Case, Family},
     common,
+    driver::Kernel,
     stage::{all_are, apart, grey, noise, of_picture, quads, rates, twins},
 };
 
@@ -206,7 +208,8 @@ fn drivers() -> Result<String, String> {
                 smoothing: Smoothing::Conservative,
                 ..Settings::default()
             };
-            let found = crate::driver::of_codes(&gpu, size, &codes, &settings)?;
+            let kernel = Kernel::new(&gpu, ColourForm::Codes, &settings)?;
+            let found = kernel.of_codes(size, &codes)?;
             let wanted = rates(&Inputs::of_colour(size, Colour::Codes(&codes)), &settings);
             if found != wanted {
                 return Err(format!(

@@ -1,16 +1,20 @@
 //! Sizes that fit nothing: the laws, and the lists, at all of them.
 
 use vrcs::{
-    Rate,
+    Pass, PassOptions, Rate, View,
     analyse::{Colour, Inputs, Settings},
     build::{
         BuildOptions, CoordLayout,
         cpu::{self, Coordinates},
     },
-    check::{Job, Verdict},
+    check::{Job, Verdict, gpu::Gpu},
+    plan::ColourForm,
     sri::Sri,
 };
-use vrcs_passes::{Source, options::MaxRate};
+use vrcs_passes::{
+    Options, Source,
+    options::{MaxRate, Mode},
+};
 
 use crate::{
     case::{Case, Family},
@@ -35,7 +39,7 @@ pub const FAMILY: Family = Family {
             name: "the analysis on this driver, 1×1 to 16,384 in either direction, odd, prime, thinner than a subgroup",
             hazard: "what is outside is read as 0: false edges along the border; a last workgroup is left out",
             bound: "every byte as the integer twin; a plain picture is coarse up to its last quad; a picture and its border repeated agree",
-            guard: "fill clamps to the picture; at its far side the driver's own bounds check does the same (tried: the rates stay), so that the near side and the workgroups that are dispatched are what this holds",
+            guard: "fill_square clamps to the picture. Without the clamp at the near side the rates of 1080×3 are not the twin's (tried); at the far side the driver's own bounds check does the same, and the rates stay (tried)",
             run: analysis_at_odd_sizes,
         },
         Case {
@@ -51,8 +55,16 @@ pub const FAMILY: Family = Family {
             name: "coordinates past 4,096 and 16,384",
             hazard: "12- or 14-bit coordinates wrap",
             bound: "every primary's position is its own at 16,384×1 and 1×16,384",
-            guard: "entries are relative to their tile, and a tile's first pixel is of 32 bits (Coordinates::origin)",
+            guard: "entries are relative to their tile, and a tile's first pixel is of 32 bits (Coordinates::origin); cut to 12 bits, 4,096 places come four times (tried)",
             run: far_coordinates,
+        },
+        Case {
+            id: "E28-driver",
+            name: "rewritten shaders drawn on this driver at 16,384×3 and 3×16,384, tiled and as a list, all rates mixed",
+            hazard: "a rewritten shader or the builder's kernel cuts a coordinate: pixels far out are shaded for others",
+            bound: "every pixel holds the place of its primary, by the builder's twin",
+            guard: "vrcs_tile_prefix and the list's entries count tiles in 32 bits; with the tile's first pixel cut to 12 bits in the prelude pixel (4096, 0) is never written (tried)",
+            run: drawn_far_out,
         },
     ],
 };
@@ -67,6 +79,11 @@ fn analysis_at_odd_sizes() -> Result<String, String> {
     sizes.extend([[16_381, 3], [2, 16_381], [16_384, 1], [1, 16_384]]);
     let mut rng = fastrand::Rng::with_seed(22);
     let most = gpu.device.limits().max_texture_dimension_2d;
+    let settings = Settings {
+        largest: Rate::R4X4,
+        ..Settings::default()
+    };
+    let kernel = driver::Kernel::new(&gpu, ColourForm::Codes, &settings)?;
     for &size in &sizes {
         if size[0].max(size[1]) > most {
             println!("skipped: {size:?}: this driver's pictures end at {most}");
@@ -77,11 +94,7 @@ fn analysis_at_odd_sizes() -> Result<String, String> {
             .map(|i| std::array::from_fn(|_| (i * 3 % 200) as u8 + rng.u8(..40)))
             .collect();
         for picture in [vec![[180; 4]; count], noise] {
-            let settings = Settings {
-                largest: Rate::R4X4,
-                ..Settings::default()
-            };
-            let found = driver::of_codes(&gpu, size, &picture, &settings)?;
+            let found = kernel.of_codes(size, &picture)?;
             let inputs = Inputs::of_colour(size, Colour::Codes(&picture));
             if found != rates(&inputs, &settings) {
                 return Err(format!("{size:?}: the driver's rates are not the twin's"));
@@ -132,6 +145,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         [61, 67],
         [97, 3],
     ];
+    let gpu = common::gpu();
     for (number, size) in sizes.into_iter().enumerate() {
         let mut job = Job::new("main");
         job.size = size;
@@ -141,7 +155,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         job.settings
             .set
             .insert("width".to_owned(), vec![f64::from(size[0])]);
-        let report = common::run(&source, &job);
+        let report = common::run_on(&gpu, &source, &job);
         // a picture of one pixel or one group is the same everywhere, and cannot tell
         let is_told = report.verdict == Verdict::Passed
             || report.verdict == Verdict::Inconclusive
@@ -257,4 +271,85 @@ fn far_coordinates() -> Result<String, String> {
         }
     }
     Ok("16,384 of 16,384".to_owned())
+}
+
+/// A shader that stores the place of the pixel that it shades.
+const PLACES: &str = "@group(0) @binding(0) var<storage, read_write> places: array<vec2<u32>>;
+@group(0) @binding(1) var<uniform> size: vec4<u32>;
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= size.xy) { return; }
+    places[id.y * size.x + id.x] = id.xy;
+}
+";
+
+fn drawn_far_out() -> Result<String, String> {
+    let gpu = common::gpu();
+    let source = Source::new("places.wgsl", PLACES);
+    for mode in [Mode::Tiled, Mode::List] {
+        let rewrite = Options {
+            mode,
+            max_rate: MaxRate::R4x4,
+            ..Options::default()
+        };
+        let options = PassOptions {
+            rewrite,
+            ..PassOptions::default()
+        };
+        let pass = Pass::new(&gpu.device, &source, &options).map_err(|why| why.to_string())?;
+        let built = pass.build_options(self::options());
+        for size in [[16_384, 3], [3, 16_384]] {
+            let rates = mixed(size[0], size[1]);
+            let drawn = draw(&gpu, &pass, built, &rates, size)?;
+            let map = cpu::build(&rates, size, &built).map();
+            let place = |at: u32| [at % size[0], at / size[0]];
+            for ((at, &primary), found) in (0..).zip(&map).zip(drawn) {
+                if found != place(primary) {
+                    return Err(format!(
+                        "{mode:?}, {size:?}: pixel {:?} holds {found:?}, not {:?}",
+                        place(at),
+                        place(primary)
+                    ));
+                }
+            }
+        }
+    }
+    Ok("all pixels, 2 sizes, 2 modes".to_owned())
+}
+
+/// What [`PLACES`], rewritten, stores for each pixel.
+fn draw(
+    gpu: &Gpu,
+    pass: &Pass,
+    built: BuildOptions,
+    rates: &Sri,
+    [width, height]: [u32; 2],
+) -> Result<Vec<[u32; 2]>, String> {
+    let say = |why: &dyn std::fmt::Display| why.to_string();
+    let view = View::new(&gpu.device, &gpu.queue, [width, height, 1], built);
+    let view = view.map_err(|why| say(&why))?;
+    view.write_sri(&gpu.queue, rates).map_err(|why| say(&why))?;
+    let poison = vec![0xa5; (width * height * 8) as usize];
+    let places = gpu.buffer("places", &poison, wgpu::BufferUsages::STORAGE);
+    let size = bytemuck::cast::<[u32; 4], [u8; 16]>([width, height, 0, 0]);
+    let size = gpu.buffer("size", &size, wgpu::BufferUsages::UNIFORM);
+    let bound = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: None,
+        layout: pass.bind_group_layout(0).ok_or("no group 0")?,
+        entries: &[(0, &places), (1, &size)].map(|at| wgpu::BindGroupEntry {
+            binding: at.0,
+            resource: at.1.as_entire_binding(),
+        }),
+    });
+    let mut encoder = gpu.encoder();
+    let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+    view.build_in(&mut compute).map_err(|why| say(&why))?;
+    compute.set_bind_group(0, &bound, &[]);
+    pass.dispatch(&mut compute, &view)
+        .map_err(|why| say(&why))?;
+    drop(compute);
+    let read = gpu.submit_and_read(encoder, &[&places]);
+    Ok(bytemuck::pod_collect_to_vec(
+        &read.map_err(|why| say(&why))?[0],
+    ))
 }

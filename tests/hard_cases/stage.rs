@@ -10,7 +10,7 @@ use vrcs::{
 };
 
 /// How a frame of a closed loop comes about.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub enum Way {
     /// Each pixel is its primary's copy.
     Copies { rotates: bool },

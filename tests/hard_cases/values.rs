@@ -5,11 +5,13 @@ use vrcs::{
     analyse::{
         Colour, Inputs, Reason, Settings, fixed, motion, params::Params, refit, settings::*,
     },
+    plan::ColourForm,
     sri::Sri,
 };
 
 use crate::{
     case::{Case, Family},
+    driver::Kernel,
     stage::{all_are, grey, of_picture, quads, twins},
 };
 
@@ -493,6 +495,7 @@ fn textures_of_floats() -> Result<String, String> {
     let gpu = crate::common::gpu();
     let size = [37, 21];
     let mut times = 0;
+    let kernel = Kernel::new(&gpu, ColourForm::Linear, &Settings::default())?;
     for format in [
         wgpu::TextureFormat::Rgba16Float,
         wgpu::TextureFormat::Rgba32Float,
@@ -502,7 +505,7 @@ fn textures_of_floats() -> Result<String, String> {
             for at in [0usize, 5 * 37 + 9, 12 * 37 + 30, 776] {
                 picture[at][1] = bad;
             }
-            let found = crate::driver::of_linear(&gpu, size, &picture, format)?;
+            let found = kernel.of_linear(size, &picture, format)?;
             let inputs = Inputs::of_colour(size, Colour::Linear(&picture));
             let [fixed, _] = twins(&inputs, &Settings::default())?;
             if found != fixed.sri {
@@ -708,6 +711,11 @@ fn k_by_its_definition() -> Result<String, String> {
 
 fn materials_that_are_none() -> Result<String, String> {
     let gpu = crate::common::gpu();
+    let settings = Settings {
+        materials: Some(Materials::default()),
+        ..Settings::default()
+    };
+    let kernel = Kernel::new(&gpu, ColourForm::Codes, &settings)?;
     let size = [16, 8];
     let mut times = 0;
     for (value, wanted) in [
@@ -723,7 +731,7 @@ fn materials_that_are_none() -> Result<String, String> {
     ] {
         let mut values = vec![[1.0f32, 0.0]; 128];
         values[3 * 16 + 7][1] = value;
-        let found = crate::driver::of_materials(&gpu, size, &values)?;
+        let found = kernel.of_materials(size, &values)?;
         for ([x, y], code) in quads(&found) {
             let wanted = match [x, y] {
                 [3, 1] => wanted,

@@ -4,8 +4,10 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod depth;
 mod given;
 mod maps;
+mod user;
 
 use vrcs::{
     build::{

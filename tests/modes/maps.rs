@@ -4,7 +4,7 @@
 use fastrand::Rng;
 use vrcs::{
     Rate,
-    build::{BuildOptions, primary::Order},
+    build::{BuildOptions, Modes, primary::Order},
     check::{gpu::Gpu, rates::Pattern},
     coverage::{self, Coverage, cpu::Samples},
     sri::Sri,
@@ -314,4 +314,41 @@ fn a_list_of_more_workgroups_than_a_dimension_has() {
     assert!(primaries.div_ceil(16) > 65_535, "{primaries}");
     let shaders = shaders(&gpu, Sky::Skip, &options);
     hold(&gpu, &scene, &scene.view(&gpu), Sky::Skip, &shaders);
+}
+
+/// An 8K picture as a list in groups of 8×8, half a million of them: nothing is lost, under wgpu's default limits. The tiled and the classified
+/// buffers of such tiles are larger than those allow, and refused.
+#[test]
+fn an_8k_picture_loses_nothing() {
+    let gpu = common::gpu();
+    let extent = [7680, 4320];
+    let options = BuildOptions {
+        tile: [8, 8],
+        modes: Modes::NONE.with(Mode::List),
+        ..BuildOptions::default()
+    };
+    // one quad in sixteen is coarse
+    let mut rng = Rng::with_seed(common::seed());
+    let sri = Sri::from_fn(extent[0], extent[1], |_, _| match rng.u8(0..16) {
+        0 => Rate::R2X2.code(),
+        _ => Rate::R1X1.code(),
+    });
+    let scene = Scene {
+        extent,
+        options,
+        sri: &sri,
+        samples: None,
+        order: Order::Fixed,
+    };
+    let list = Shader::new(
+        &gpu,
+        "place.wgsl",
+        PLACE,
+        rewrite(Mode::List, Sky::Skip, &options),
+    );
+    let [width, height] = extent;
+    let view = View::new(&gpu.device, &gpu.queue, [width, height, 1], options);
+    let mut view = view.expect("a view");
+    scene.fill(&gpu, &mut view);
+    hold(&gpu, &scene, &view, Sky::Skip, &[(Mode::List, list)]);
 }

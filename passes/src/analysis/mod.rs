@@ -3,7 +3,7 @@
 //! [`facts`] scans what each function does. [`walk`] then runs the entry point symbolically, through every call, and
 //! notes each store, each read of memory that the shader writes, each atomic, barrier and subgroup operation, with the
 //! [terms](term) of its address and the [guards](guard) on the way to it. [`depends`] tells what a term depends on and
-//! [`tangent`] how it moves with the ids.
+//! [`tangent`] how it moves with the ids; [`polynomial`] and [`interval`] tell places apart.
 
 mod dead;
 pub mod depends;
@@ -11,6 +11,8 @@ pub mod env;
 mod evaluate;
 pub mod facts;
 pub mod guard;
+pub mod interval;
+pub mod polynomial;
 pub mod tangent;
 pub mod term;
 pub mod walk;

@@ -80,7 +80,18 @@ impl Audit<'_> {
         check(before.len() == after.len(), || {
             "it has another number of structs".to_owned()
         })?;
-        for (before, after) in before.into_iter().zip(after) {
+        // what a ray query answers lies in no buffer, so nobody sees how it is laid out, and WGSL has no text for how naga does it
+        let special = &self.module.special_types;
+        let of_rays = [
+            special.ray_desc,
+            special.ray_intersection,
+            special.ray_vertex_return,
+        ];
+        let laid_out = before
+            .into_iter()
+            .zip(after)
+            .filter(|&(before, _)| !of_rays.contains(&Some(before)));
+        for (before, after) in laid_out {
             check(self.same_type(before, after), || {
                 format!(
                     "the layout of {} changes",

@@ -18,7 +18,7 @@ use crate::{
     deep,
     finding::Code,
     full,
-    plan::{self, EntryPlan, How},
+    plan::{self, EntryPlan, How, regions::report::Group},
     source::Source,
     told::{Told, ToldPlace},
 };
@@ -44,6 +44,9 @@ pub struct Explained {
     pub workgroup_size: [Option<u32>; 3],
     /// What is made of it.
     pub verdict: Verdict,
+    /// How it was taken apart, if its invocations work together and it is rewritten.
+    #[serde(default)]
+    pub group: Option<Group>,
     /// The ids that it takes, which the rewritten shader remaps as one set.
     pub remapped: Vec<String>,
     /// What makes a pixel part of its domain; every pixel is if there is none.
@@ -106,6 +109,7 @@ fn explain_entry(
                 .then_some(entry.workgroup_size[axis])
         }),
         verdict: Verdict::Rewritten,
+        group: None,
         remapped: remapped(module, index),
         domain: Vec::new(),
         stores: Vec::new(),
@@ -129,6 +133,10 @@ fn explain_entry(
         describe(&mut explained, module, plan);
         is_planned = true;
     });
+    if let Ok(rewritten) = &rewritten {
+        let entry = rewritten.manifest.entries.first();
+        explained.group = entry.and_then(|entry| entry.group.clone());
+    }
     if let Err(refusal) = &rewritten {
         explained.verdict = match refusal.findings.as_slice() {
             [only] if only.code == Code::NothingPerPixel => Verdict::NothingPerPixel,

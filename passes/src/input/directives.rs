@@ -99,6 +99,60 @@ pub(super) fn find(text: &str) -> Vec<Directive> {
     }
 }
 
+/// The `@diagnostic(…)` of statements, which naga does not read. They say what a compiler warns of, and nothing of what the shader does. Those
+/// of functions naga reads, and heeds.
+fn of_statements(text: &str) -> Vec<Range<usize>> {
+    const ATTRIBUTE: &str = "@diagnostic";
+    let mut found = Vec::new();
+    let mut at = 0;
+    while let Some(offset) = text[at..].find(['@', '/']) {
+        let start = at + offset;
+        // comments are passed over
+        let code = skip_blank(text, start);
+        if code > start {
+            at = code;
+            continue;
+        }
+        at = start + 1;
+        let Some(rest) = text[start..].strip_prefix(ATTRIBUTE) else {
+            continue;
+        };
+        let Some(end) = rest.find(')') else {
+            return found;
+        };
+        let end = start + ATTRIBUTE.len() + end + 1;
+        at = end;
+        if !is_before_function(text, end) {
+            found.push(start..end);
+        }
+    }
+    found
+}
+
+/// Whether what stands behind an attribute is a function, with more attributes in front of it or none.
+fn is_before_function(text: &str, mut at: usize) -> bool {
+    loop {
+        at = skip_blank(text, at);
+        let rest = &text[at..];
+        let Some(attribute) = rest.strip_prefix('@') else {
+            return rest
+                .strip_prefix("fn")
+                .is_some_and(|after| after.starts_with(|c: char| c.is_whitespace() || c == '/'));
+        };
+        let is_name = |c: char| c.is_alphanumeric() || c == '_';
+        at += 1 + attribute.find(|c| !is_name(c)).unwrap_or(attribute.len());
+        let open = skip_blank(text, at);
+        if text[open..].starts_with('(') {
+            let mut depth = 0;
+            let close = text[open..].char_indices().find(|&(_, c)| {
+                depth += i32::from(c == '(') - i32::from(c == ')');
+                depth == 0
+            });
+            at = close.map_or(text.len(), |(close, _)| open + close + 1);
+        }
+    }
+}
+
 /// The names of a directive; a `diagnostic` has one, the whole of its parentheses.
 fn names(text: &str, part: Range<usize>, keyword: &str) -> Vec<(Range<usize>, String)> {
     let words = &text[part.clone()];
@@ -194,6 +248,13 @@ pub fn blank(text: &str) -> String {
             out.replace_range(directive.range, &line);
         }
     }
+    for range in of_statements(text) {
+        let room = &text[range.clone()];
+        let line: String = (room.bytes())
+            .map(|byte| if byte == b'\n' { '\n' } else { ' ' })
+            .collect();
+        out.replace_range(range, &line);
+    }
     out
 }
 
@@ -230,5 +291,29 @@ mod tests {
             blanked.split_whitespace().collect::<Vec<_>>().join(" "),
             "enable f16; const X = 1;"
         );
+    }
+
+    #[test]
+    fn diagnostics_of_statements_become_spaces_and_those_of_functions_stay() {
+        let text = "// @diagnostic(off, a) {\n\
+             @compute @diagnostic(off, a) /* @ */ @workgroup_size(8, max(1, 8)) fn main() {\n\
+                 if x / 2 > 1 @diagnostic(off,\n chromium.b) { } else { }\n\
+                 @diagnostic(warning, c) for (;;) { }\n\
+             }\n@diagnostic(info, d)fn f() @diagnostic(off, e) { }";
+        let blanked = blank(text);
+        assert_eq!(blanked.len(), text.len());
+        assert_eq!(blanked.matches('\n').count(), text.matches('\n').count());
+        for (name, stays) in [
+            ("(off, a) /", true),
+            ("chromium", false),
+            ("warning", false),
+            ("info", true),
+            ("e)", false),
+        ] {
+            assert_eq!(blanked.contains(name), stays, "{name}: {blanked}");
+        }
+        for cut in 0..text.len() {
+            let _ = blank(&text[..cut]);
+        }
     }
 }

@@ -5,19 +5,38 @@
 // This invocation's number in the grid, and how many stores it has made.
 var<private> vrcs_invocation: u32;
 var<private> vrcs_logged: u32;
+// Which iterations of which loops it is in, through which calls: the same number for two invocations that are in the same.
+var<private> vrcs_path: u32;
 
 fn vrcs_begin(gid: vec3<u32>) {
     vrcs_invocation = (gid.z * HEIGHT + gid.y) * WIDTH + gid.x;
     vrcs_logged = 0u;
+    vrcs_path = 0u;
 }
 
-// Notes a store or atomic in this invocation's part of the log: their number, then site, place and an atomic's value of each.
+fn vrcs_here() -> u32 {
+    return vrcs_path;
+}
+
+// Enters a call, or the next iteration of a loop, by its number.
+fn vrcs_go_on(step: u32) {
+    vrcs_path = (vrcs_path ^ step) * 0x9e3779b1u + 0x7f4a7c15u;
+}
+
+// Leaves a loop or call.
+fn vrcs_go_back(path: u32) {
+    vrcs_path = path;
+}
+
+// Notes a store or atomic in this invocation's part of the log: their number, then site, place, an atomic's value and
+// the path of each.
 fn vrcs_log(site: u32, base: u32, size: u32, place: u32, value: u32) {
-    let start = vrcs_invocation * (1u + 3u * SLOTS);
+    let start = vrcs_invocation * (1u + 4u * SLOTS);
     if vrcs_logged < SLOTS {
-        atomicStore(&vrcs_log_words[start + 1u + 3u * vrcs_logged], site);
-        atomicStore(&vrcs_log_words[start + 2u + 3u * vrcs_logged], place);
-        atomicStore(&vrcs_log_words[start + 3u + 3u * vrcs_logged], value);
+        atomicStore(&vrcs_log_words[start + 1u + 4u * vrcs_logged], site);
+        atomicStore(&vrcs_log_words[start + 2u + 4u * vrcs_logged], place);
+        atomicStore(&vrcs_log_words[start + 3u + 4u * vrcs_logged], value);
+        atomicStore(&vrcs_log_words[start + 4u + 4u * vrcs_logged], vrcs_path);
     }
     vrcs_logged += 1u;
     atomicStore(&vrcs_log_words[start], vrcs_logged);

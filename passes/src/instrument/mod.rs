@@ -16,8 +16,8 @@ pub mod subgroups;
 use std::collections::BTreeSet;
 
 use naga::{
-    Binding, BuiltIn, Expression, Function, FunctionArgument, GlobalVariable, Handle, Module,
-    ResourceBinding, Scalar, Span, Statement, TypeInner,
+    Binding, Block, BuiltIn, Expression, Function, FunctionArgument, GlobalVariable, Handle,
+    Module, ResourceBinding, Scalar, Span, Statement, TypeInner,
     valid::{FunctionInfo, ModuleInfo},
 };
 
@@ -91,7 +91,8 @@ pub struct LogSize {
 
 impl LogSize {
     /// The words of the log: for each invocation, x fastest, the number of its stores, then for each of `slots` stores
-    /// the site, the place, and the value of an atomic, or the place in a buffer with each index confined to its array.
+    /// the site, the place, the value of an atomic, or the place in a buffer with each index confined to its array, and the path:
+    /// a number that is the same for two stores in the same iterations of the loops around them, on the same path of calls.
     pub fn words(&self) -> u64 {
         let invocations: u64 = self.grid.iter().map(|&n| u64::from(n)).product();
         invocations * u64::from(self.words_each())
@@ -99,7 +100,7 @@ impl LogSize {
 
     /// The words of each invocation.
     pub fn words_each(&self) -> u32 {
-        1 + 3 * self.slots
+        1 + 4 * self.slots
     }
 }
 
@@ -164,9 +165,16 @@ fn instrument(
     let binding = free_binding(module);
     let mut imports = Imports::default();
     imports.placements.insert("vrcs_log_words", binding);
-    let atomics = hook == LOG_STORES;
+    let logs = hook == LOG_STORES;
     let hook = imports.function(&prelude, &mut instrumented, hook);
     let begin = imports.function(&prelude, &mut instrumented, "vrcs_begin");
+    let paths = logs.then(|| Paths {
+        here: imports.function(&prelude, &mut instrumented, "vrcs_here"),
+        go_on: imports.function(&prelude, &mut instrumented, "vrcs_go_on"),
+        go_back: imports.function(&prelude, &mut instrumented, "vrcs_go_back"),
+        storing: storing(module),
+        steps: 0,
+    });
 
     let mut cx = Context {
         original: module,
@@ -175,7 +183,8 @@ fn instrument(
         base,
         moved: Vec::with_capacity(module.functions.len()),
         stores: true,
-        atomics,
+        atomics: logs,
+        paths,
         sites: Vec::new(),
     };
     let reachable = reachable(module, entry);
@@ -244,7 +253,54 @@ struct Context<'c> {
     stores: bool,
     /// Whether atomics are, too.
     atomics: bool,
+    /// How paths are told, if they are.
+    paths: Option<Paths>,
     sites: Vec<Site>,
+}
+
+/// What tells the path to a store: the iterations of loops, and the calls.
+struct Paths {
+    here: Handle<Function>,
+    go_on: Handle<Function>,
+    go_back: Handle<Function>,
+    /// The author's functions that store something, themselves or through others.
+    storing: BTreeSet<Handle<Function>>,
+    /// How many loops and calls there are so far.
+    steps: u32,
+}
+
+/// The functions that store something besides their own variables. Callees stand before their callers.
+fn storing(module: &Module) -> BTreeSet<Handle<Function>> {
+    let mut found = BTreeSet::new();
+    for (handle, function) in module.functions.iter() {
+        let mut calls = false;
+        visit::statements(&function.body, &mut |statement| {
+            calls |= match *statement {
+                Statement::Store { pointer, .. } => !is_local(function, pointer),
+                Statement::ImageStore { .. }
+                | Statement::Atomic { .. }
+                | Statement::ImageAtomic { .. } => true,
+                Statement::Call { function, .. } => found.contains(&function),
+                _ => false,
+            };
+        });
+        if calls {
+            found.insert(handle);
+        }
+    }
+    found
+}
+
+fn is_local(function: &Function, mut pointer: Handle<Expression>) -> bool {
+    loop {
+        match function.expressions[pointer] {
+            Expression::Access { base, .. } | Expression::AccessIndex { base, .. } => {
+                pointer = base;
+            }
+            Expression::LocalVariable(_) => return true,
+            _ => return false,
+        }
+    }
 }
 
 impl Context<'_> {
@@ -257,6 +313,7 @@ impl Context<'_> {
         }
         let body = std::mem::take(&mut function.body);
         function.body = rebuild(body, &mut |_, mut statement, span, block| {
+            let path = self.enter(module, function, &mut statement, span, block);
             if let Statement::Call { function, .. } = &mut statement {
                 *function = self.moved[function.index()];
             }
@@ -311,8 +368,62 @@ impl Context<'_> {
                 block.append(&mut code.finish());
             }
             block.push(statement, span);
+            if let (Some(path), Some(paths)) = (path, &self.paths) {
+                let mut code = Code::new(&mut module.types, function, span);
+                code.call(paths.go_back, vec![path], false);
+                block.append(&mut code.finish());
+            }
         });
     }
+
+    /// Has a loop's iterations, or a call, make a step of the path, where something is stored inside. Gives the path before.
+    fn enter(
+        &mut self,
+        module: &mut Module,
+        function: &mut Function,
+        statement: &mut Statement,
+        span: Span,
+        block: &mut Block,
+    ) -> Option<Handle<Expression>> {
+        let paths = self.paths.as_mut()?;
+        let is_entered = self.stores
+            && match statement {
+                Statement::Loop { body, .. } => holds_call(body, self.hook, &paths.go_on),
+                Statement::Call { function, .. } => paths.storing.contains(function),
+                _ => false,
+            };
+        if !is_entered {
+            return None;
+        }
+        paths.steps += 1;
+        let mut code = Code::new(&mut module.types, function, span);
+        let before = code.value_of(paths.here, Vec::new());
+        let step = code.u32(paths.steps);
+        let mut enter = code.finish();
+        let mut code = Code::new(&mut module.types, function, span);
+        code.call(paths.go_on, vec![step], false);
+        let mut go_on = code.finish();
+        match statement {
+            Statement::Loop { body, .. } => {
+                go_on.append(body);
+                *body = go_on;
+            }
+            _ => enter.append(&mut go_on),
+        }
+        block.append(&mut enter);
+        Some(before)
+    }
+}
+
+/// Whether a block that has been rebuilt logs something, or makes a step of the path.
+fn holds_call(block: &Block, hook: Handle<Function>, go_on: &Handle<Function>) -> bool {
+    let mut found = false;
+    visit::statements(block, &mut |statement| {
+        if let Statement::Call { function, .. } = statement {
+            found |= *function == hook || function == go_on;
+        }
+    });
+    found
 }
 
 /// Tells the log which invocation this is.

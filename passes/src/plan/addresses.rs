@@ -8,6 +8,7 @@ use crate::{
         AccessKind, Address, AtomicKind,
         depends::Depends,
         guard::{Formula, flatten},
+        interval::less,
         tangent::{Slope, Tangent},
         term::{Term, TermId},
     },
@@ -42,7 +43,7 @@ impl Planner<'_> {
     }
 
     /// The axes that a store's address depends on.
-    fn axes(&mut self, store: usize) -> Depends {
+    pub(super) fn axes(&mut self, store: usize) -> Depends {
         let terms = self.access(store).address.terms();
         terms.into_iter().fold(Depends::empty(), |all, term| {
             all | self.on.of(&mut self.found.terms, term)
@@ -83,7 +84,10 @@ impl Planner<'_> {
             .map(|&term| self.tangents.of(&mut self.found.terms, &mut self.on, term))
             .map(|tangent| tangent.filter(Tangent::is_pixel_only))
             .collect();
-        let one_to_one = tangents.as_deref().is_some_and(is_one_to_one);
+        let one_to_one = match tangents.as_deref() {
+            Some(tangents) => is_one_to_one(tangents),
+            None => self.strides_tell_apart(&terms),
+        };
         let guards = self.guards_of(store, domain, tangents.as_deref(), one_to_one)?;
         if self.policy(global) == Policy::Leader {
             return None;
@@ -189,31 +193,54 @@ impl Planner<'_> {
                     )
                     .at(span, "lost when the invocation that runs it is a duplicate")
                     .at(condition_span, "the condition on the ids")
-                    .help(format!("`--target {name}=full` has every pixel store there what the original does; or move this store to an entry point of its own")),
+                    .help(match self.works_together() {
+                        true => format!("store to `{name}` in an entry point of its own, in a dispatch before or behind this one"),
+                        false => format!("`--target {name}=full` has every pixel store there what the original does; or move this store to an entry point of its own"),
+                    }),
                 );
                 return None;
             }
             // a copy that the bounds would have stopped may land in the next row, or in another's block
             if (is_buffer || !own)
-                && self.is_bounds_check(&formula)
+                && (self.is_bounds_check(&formula) || self.is_bound_of(store, &formula))
                 && !self.has_opposite(store, &formula)
             {
                 asked.push(formula);
                 continue;
             }
+            let mut finding = Finding::new(
+                Code::FollowsPrimary,
+                format!(
+                    "a store to `{name}` runs only for some ids; its copies follow the primary"
+                ),
+            );
+            // a condition of several parts may have no place of its own
+            if condition_span != span {
+                finding = finding.at(condition_span, "the condition on the ids");
+            }
             self.say(
-                Finding::new(
-                    Code::FollowsPrimary,
-                    format!(
-                        "a store to `{name}` runs only for some ids; its copies follow the primary"
-                    ),
-                )
-                .at(condition_span, "the condition on the ids")
-                .at(span, "copied wherever the primary stores")
-                .help("keep both sides of the condition in blocks of their own, or at full rate, where that shows"),
+                finding.at(span, "copied wherever the primary stores")
+                    .help("keep both sides of the condition in blocks of their own, or at full rate, where that shows"),
             );
         }
         Some(asked)
+    }
+
+    /// Whether a formula compares a part of a store's address against something that is the same for all invocations.
+    fn is_bound_of(&mut self, store: usize, formula: &Formula) -> bool {
+        let Some((lesser, greater, _)) = less(&self.found.terms, formula) else {
+            return false;
+        };
+        let parts = self.access(store).address.terms();
+        let parts: Vec<_> = parts.iter().map(|&part| self.polynomial(part)).collect();
+        [(lesser, greater), (greater, lesser)]
+            .into_iter()
+            .any(|(part, bound)| {
+                let part = self.polynomial(part);
+                part.is_some()
+                    && parts.contains(&part)
+                    && self.on.of(&mut self.found.terms, bound).is_empty()
+            })
     }
 
     /// Whether a formula compares something that moves with the ids against something that does not.

@@ -4,7 +4,7 @@
 
 use naga::Span;
 
-use super::Planner;
+use super::{Planner, apart::Meet, domain::Domain};
 use crate::{
     analysis::{Access, AccessKind, Address, AtomicKind, Facts, Tie, term::Step},
     finding::{Code, Finding},
@@ -13,7 +13,7 @@ use crate::{
 
 impl Planner<'_> {
     /// Says what stands in the way of any rewrite.
-    pub(super) fn check_hazards(&mut self) {
+    pub(super) fn check_hazards(&mut self, domain: &Domain) {
         if self.found.truncated {
             self.say(
                 Finding::new(
@@ -27,7 +27,7 @@ impl Planner<'_> {
         for index in 0..self.found.accesses.len() {
             match self.access(index).kind {
                 AccessKind::Atomic { used, function } => self.check_atomic(index, used, function),
-                AccessKind::Load { .. } => self.check_read(index),
+                AccessKind::Load { .. } => self.check_read(index, domain),
                 AccessKind::Store { .. } => {}
             }
         }
@@ -51,6 +51,11 @@ impl Planner<'_> {
         }
     }
 
+    /// Whether the entry point's invocations work together: by barriers, workgroup memory or subgroups.
+    pub(super) fn works_together(&self) -> bool {
+        !self.found.ties.is_empty()
+    }
+
     /// Holds the options' targets against the shader's, and refuses those that are to be.
     pub(super) fn check_policies(&mut self, facts: &Facts) {
         let is_changed = self.options.linear.is_some()
@@ -66,7 +71,8 @@ impl Planner<'_> {
                     Code::UnfitOption,
                     "atomics, `leader` targets and one-dimensional dispatches are not rewritten where invocations work together",
                 )
-                .at(tie, "works together with others here"),
+                .at(tie, "works together with others here")
+                .help("leave these options out, and do what they are for in an entry point of its own"),
             );
         }
         for global in facts.written() {
@@ -121,26 +127,34 @@ impl Planner<'_> {
                     "an atomic on `{name}` would count primaries instead of pixels"
                 ))
                 .at(span, "runs once for each primary")
-                .help("`--atomics weight` has each primary count for all its pixels"),
+                .help(match self.works_together() {
+                    true => "count in an entry point of its own, in a dispatch before or behind this one",
+                    false => "`--atomics weight` has each primary count for all its pixels",
+                }),
             );
         }
     }
 
     /// A read of memory that the shader writes is safe if it is a read of the invocation's own place.
-    fn check_read(&mut self, index: usize) {
+    fn check_read(&mut self, index: usize, domain: &Domain) {
         let read = self.access(index);
         let (global, accesses) = (read.target.global, &self.found.accesses);
-        if !accesses
-            .iter()
-            .any(|access| access.target.global == global && access.kind.writes())
-        {
-            return; // what would store there is ruled out by a constant
-        }
-        let own = accesses
-            .iter()
-            .any(|store| store.kind.replaces() && same_place(read, store));
-        let (span, name) = (read.span, self.name(read.target.global));
-        if own && self.policy(read.target.global) == Policy::Leader {
+        let writes: Vec<usize> = (0..accesses.len())
+            .filter(|&other| accesses[other].target.global == global)
+            .filter(|&other| accesses[other].kind.writes())
+            .collect();
+        let is_same =
+            |&store: &usize| accesses[store].kind.replaces() && same_place(read, &accesses[store]);
+        let (span, name) = (read.span, self.name(global));
+        let own = match writes.iter().any(is_same) {
+            true => true,
+            false => match self.meet_any(index, &writes, domain) {
+                Meet::Never => return, // nobody stores there
+                Meet::Own => true,
+                Meet::Perhaps => false,
+            },
+        };
+        if own && self.policy(global) == Policy::Leader {
             self.say(
                 Finding::new(
                     Code::SharedState,
@@ -173,7 +187,7 @@ impl Planner<'_> {
                 matches!(
                     store.kind,
                     AccessKind::Store { .. } | AccessKind::Atomic { .. }
-                ) && store.target.global == read.target.global
+                ) && store.target.global == global
             })
             .map(|store| store.span);
         let mut finding = Finding::new(
@@ -187,6 +201,23 @@ impl Planner<'_> {
         self.say(finding.help(
             "read from a second resource that this dispatch does not write, as a ping-pong pair does",
         ));
+    }
+}
+
+impl Planner<'_> {
+    /// Where a read and any of several writes meet.
+    fn meet_any(&mut self, read: usize, writes: &[usize], domain: &Domain) -> Meet {
+        let mut found = Meet::Never;
+        for &write in writes {
+            // an atomic at a place that others share is no pixel's own
+            match self.meet(read, write, domain) {
+                Meet::Perhaps => return Meet::Perhaps,
+                Meet::Own if !self.access(write).kind.replaces() => return Meet::Perhaps,
+                Meet::Own => found = Meet::Own,
+                Meet::Never => {}
+            }
+        }
+        found
     }
 }
 

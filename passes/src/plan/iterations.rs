@@ -211,6 +211,19 @@ fn loops_in(terms: &Terms, term: TermId, into: &mut Vec<LoopId>, seen: &mut FxHa
     }
 }
 
+/// A term where loop variables have these values; `None` if it is made of something that they do not tell.
+pub(super) fn at(
+    terms: &mut Terms,
+    id: TermId,
+    variables: &[(LoopId, u32, TermId)],
+) -> Option<TermId> {
+    let mut values = Values::default();
+    for &(of, var, value) in variables {
+        values.of.insert((of, var), value);
+    }
+    with(terms, id, &mut values)
+}
+
 /// A term in an iteration; `None` if it is made of something that an iteration's numbers do not tell.
 fn with(terms: &mut Terms, id: TermId, values: &mut Values) -> Option<TermId> {
     if let Some(&found) = values.found.get(&id) {
@@ -246,6 +259,11 @@ fn put(terms: &mut Terms, id: TermId, values: &mut Values) -> Option<TermId> {
         Term::Extract(base, index) => {
             let base = put(terms, base)?;
             terms.extract(base, index)
+        }
+        // a table of what each iteration works on
+        Term::Index(base, index) => {
+            let (base, index) = (put(terms, base)?, put(terms, index)?);
+            terms.index(base, index)
         }
         Term::Splat(size, value) => {
             let value = put(terms, value)?;
@@ -300,8 +318,7 @@ fn put(terms: &mut Terms, id: TermId, values: &mut Values) -> Option<TermId> {
             };
             terms.intern(Term::ImageQuery(query, image, level))
         }
-        Term::Index(..)
-        | Term::Insert(..)
+        Term::Insert(..)
         | Term::Update(..)
         | Term::Swizzle(..)
         | Term::Original { .. }

@@ -5,7 +5,9 @@
 //! *Guarantees*: a plan is made only if the contract can be kept for every store; else all reasons are given at once.
 
 mod addresses;
+mod apart;
 mod captures;
+mod classes;
 mod domain;
 mod exchanges;
 mod hazards;
@@ -115,9 +117,9 @@ pub fn plan<'a>(
         findings: Vec::new(),
     };
     planner.check_policies(facts);
-    planner.check_hazards();
-    let group = planner.plan_group(facts, options.barriers);
     let domain = planner.domain();
+    planner.check_hazards(&domain);
+    let group = planner.plan_group(facts, options.barriers);
     let copies = planner.plan_copies(&domain);
     let (refusals, warnings): (Vec<_>, Vec<_>) = planner
         .findings
@@ -164,9 +166,12 @@ fn linear_width(
     let overrides = entry.workgroup_size_overrides.unwrap_or_default();
     let is_line = |axis: usize| entry.workgroup_size[axis] == 1 && overrides[axis].is_none();
     if !is_line(1) || !is_line(2) {
-        return unfit(format!(
+        let why = format!(
             "`{}` has workgroups of more than one row, so its pixels are not numbered row by row",
             entry.name
+        );
+        return Err(Finding::new(Code::UnfitOption, why).help(
+            "leave `--linear` out: a shader whose workgroups have two sides finds its pixel without it",
         ));
     }
     match Width::find(module, linear) {

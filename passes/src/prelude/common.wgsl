@@ -15,9 +15,9 @@ struct VrcsParams {
     tiles_per_row: u32,
     // Where in the buffer the entries start, in words.
     entries: u32,
-    // Room for entries in each tile; for tiles in each class.
+    // Room for entries in each tile; for tiles in each class. In graded mode the tile's width, and its height from bit 16 on.
     entries_per_tile: u32,
-    // Room for entries in a list.
+    // Room for entries in a list; words of the graded buffer's quads.
     capacity: u32,
     // Words of an entry of a list: 1 or 2.
     stride: u32,

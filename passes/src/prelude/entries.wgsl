@@ -3,6 +3,18 @@
 // One word where no group is larger than a quad: x | y << 14 | members of the quad << 28; else two: x | y << 16, and the members
 // over the aligned 4x4 block.
 
+// The user's own bits of the tile that the pixel at hand lies in: four for each tile, behind the entries. With shading rates off
+// nothing tells them.
+fn vrcs_user_bits() -> u32 {
+    if (vrcs_params.flags & VRCS_ENABLED) == 0u {
+        return 0u;
+    }
+    let tile = vrcs_pixel.xy / vec2<u32>(VRCS_TILE_WIDTH, VRCS_TILE_HEIGHT);
+    let slot = tile.y * vrcs_params.tiles_per_row + tile.x;
+    let first = vrcs_params.entries + vrcs_params.capacity * vrcs_params.stride;
+    return (vrcs_coords[first + slot / 8u] >> (slot % 8u * 4u)) & 15u;
+}
+
 // Takes over the entry at a word.
 fn vrcs_take_entry(word: u32, z: u32) -> bool {
     let first = vrcs_coords[word];
@@ -11,7 +23,7 @@ fn vrcs_take_entry(word: u32, z: u32) -> bool {
         let quad = ((first >> 28u) & 3u) | ((first >> 30u) << 4u);
         return vrcs_take(vec3<u32>(pixel, z), quad << ((pixel.x & 2u) + (pixel.y & 2u) * 4u));
     }
-    return vrcs_take(vec3<u32>(first & 0xffffu, first >> 16u, z), vrcs_coords[word + 1u]);
+    return vrcs_take_listed(first, vrcs_coords[word + 1u], z);
 }
 
 // The place of entry `number`, where those of sky lie at the end, the last one first.

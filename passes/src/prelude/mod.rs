@@ -18,16 +18,23 @@ const LIST: &str = include_str!("list.wgsl");
 const CLASSIFIED: &str = include_str!("classified.wgsl");
 const ENTRIES: &str = include_str!("entries.wgsl");
 const UNIFORM: &str = include_str!("uniform.wgsl");
+const PLAIN: &str = include_str!("plain.wgsl");
+const DEEP: &str = include_str!("deep.wgsl");
 const GRADED: &str = include_str!("graded.wgsl");
 
 /// What the text of the prelude depends on.
-type Key = (Mode, [u32; 2], Sky);
+type Key = (Mode, [u32; 2], Sky, bool);
 
 static PARSED: Mutex<Option<FxHashMap<Key, Arc<Module>>>> = Mutex::new(None);
 
 /// The prelude for these options.
 pub fn prelude(options: &Options) -> Arc<Module> {
-    let key = (options.mode, options.tile, options.sky);
+    let key = (
+        options.mode,
+        options.tile,
+        options.sky,
+        options.linear_depth,
+    );
     let mut parsed = PARSED.lock().unwrap_or_else(PoisonError::into_inner);
     parsed
         .get_or_insert_default()
@@ -39,10 +46,14 @@ pub fn prelude(options: &Options) -> Arc<Module> {
 fn text(options: &Options) -> String {
     let [width, height] = options.tile;
     let shades_sky = options.sky == Sky::Shade;
+    let entry = match options.linear_depth {
+        true => DEEP,
+        false => PLAIN,
+    };
     let parts: &[&str] = match options.mode {
-        Mode::Tiled => &[COMMON, UNIFORM, TILED, GROUP],
-        Mode::List => &[COMMON, ENTRIES, LIST],
-        Mode::Classified => &[COMMON, UNIFORM, ENTRIES, CLASSIFIED],
+        Mode::Tiled => &[COMMON, UNIFORM, entry, TILED, GROUP],
+        Mode::List => &[COMMON, entry, ENTRIES, LIST],
+        Mode::Classified => &[COMMON, UNIFORM, entry, ENTRIES, CLASSIFIED],
         Mode::Graded => &[COMMON, GRADED],
         Mode::Auto => unreachable!("the mode is chosen before anything is made"),
     };

@@ -2,8 +2,7 @@
 //
 // The coordinate buffer holds a header for each tile and, from word `entries` on, `entries_per_tile` words for each tile. A
 // header has the number of entries of covered pixels (9 bits) and of sky (9 bits), three flags, the phase (3 bits), the rate of a
-// uniform tile (4 bits). An entry is x | y << 8 | mask << 16: the primary's position in the tile, and the members of its group
-// as a mask over its aligned 4x4 block.
+// uniform tile (4 bits). An entry has the primary's position in the tile, and the members of its group.
 
 // Every pixel of the tile is its own primary; no entries are stored.
 const VRCS_TILE_IDENTITY: u32 = 0x40000u;
@@ -12,8 +11,23 @@ const VRCS_TILE_UNIFORM: u32 = 0x80000u;
 // The whole tile is sky.
 const VRCS_TILE_SKY: u32 = 0x100000u;
 
+// The number of the tile at hand.
+var<private> vrcs_tile: u32;
+
+// The word is found by the tile itself: what is read from a private variable is not uniform to a browser, and an empty tile leaves by it
+// before a barrier.
 fn vrcs_header(tile: vec3<u32>) -> u32 {
-    return vrcs_coords[tile.y * vrcs_params.tiles_per_row + tile.x];
+    let slot = tile.y * vrcs_params.tiles_per_row + tile.x;
+    vrcs_tile = slot;
+    return vrcs_coords[slot];
+}
+
+// The user's own bits of the tile at hand; with shading rates off nothing tells them.
+fn vrcs_user_bits() -> u32 {
+    if (vrcs_params.flags & VRCS_ENABLED) == 0u {
+        return 0u;
+    }
+    return vrcs_coords[vrcs_tile] >> 28u;
 }
 
 // Whether every pixel of a tile is shaded for itself.
@@ -53,8 +67,7 @@ fn vrcs_tile_prefix(tile: vec3<u32>, pixel: vec3<u32>, lane: u32, size: vec2<u32
     }
     let slot = tile.y * vrcs_params.tiles_per_row + tile.x;
     let entry = vrcs_coords[vrcs_params.entries + slot * vrcs_params.entries_per_tile + lane];
-    let position = vec2<u32>(entry & 0xffu, (entry >> 8u) & 0xffu);
-    return vrcs_take(vec3<u32>(origin + position, tile.z), entry >> 16u);
+    return vrcs_take_tiled(origin, tile.z, entry);
 }
 
 // An invocation's own place in a workgroup whose invocations lie in the tile row by row.
@@ -62,6 +75,12 @@ fn vrcs_place(tile: vec3<u32>, lane: u32) -> vec3<u32> {
     let size = vec2<u32>(VRCS_TILE_WIDTH, VRCS_TILE_HEIGHT);
     let own = tile.xy * size + vec2<u32>(lane % VRCS_TILE_WIDTH, lane / VRCS_TILE_WIDTH);
     return vec3<u32>(own, tile.z);
+}
+
+// The same for what runs before the pixel is found, where that asks for the user's own bits.
+fn vrcs_place_in_tile(tile: vec3<u32>, lane: u32) -> vec3<u32> {
+    vrcs_tile = tile.y * vrcs_params.tiles_per_row + tile.x;
+    return vrcs_place(tile, lane);
 }
 
 // Finds the pixel of an invocation of such a workgroup.

@@ -208,7 +208,8 @@ pub fn buffers(module: &Module, info: &ModuleInfo, entry: usize) -> Buffers {
     buffers
 }
 
-/// Whether the device's limits leave room for the added buffers.
+/// Whether the device's limits leave room for the added buffers. Where the shader on its own is beyond the limit that is taken for
+/// granted, its author has asked the device for more, and is told how many that has to be now.
 ///
 /// # Errors
 /// With what is used of which limit.
@@ -217,30 +218,44 @@ pub fn check_limits(
     info: &ModuleInfo,
     entry: usize,
     options: &Options,
-) -> Result<(), Finding> {
+) -> Result<Vec<Finding>, Finding> {
+    let usual = Options::default();
+    let mut warnings = Vec::new();
     let Buffers { uniform, storage } = buffers(module, info, entry);
     let kinds = [
         (
             uniform,
-            options.max_uniform_buffers,
+            (options.max_uniform_buffers, usual.max_uniform_buffers),
             "uniform",
             "the parameters",
             "put two of them into one",
         ),
         (
             storage,
-            options.max_storage_buffers,
+            (options.max_storage_buffers, usual.max_storage_buffers),
             "storage",
             "the coordinate buffer",
             "put two of them into one, or make one that is only read and small a uniform",
         ),
     ];
-    for (own, limit, kind, added, change) in kinds {
+    for (own, (limit, usual), kind, added, change) in kinds {
         let count = own.len() as u32;
         if count < limit {
             continue;
         }
         let name = &module.entry_points[entry].name;
+        if count > limit && limit == usual {
+            let last = own[limit as usize];
+            warnings.push(
+                Finding::new(
+                    Code::BeyondUsualLimit,
+                    format!("`{name}` uses {count} {kind} buffers, more than WebGPU's {limit} a stage; with {added} the device has to give {}", count + 1),
+                )
+                .at(module.global_variables.get_span(last), format!("{kind} buffer {}", limit + 1))
+                .help(format!("ask for `max_{kind}_buffers_per_shader_stage: {}`; `--max-{kind}-buffers` says what the device has", count + 1)),
+            );
+            continue;
+        }
         let mut finding = Finding::new(
             Code::TooManyBuffers,
             format!(
@@ -257,7 +272,7 @@ pub fn check_limits(
             count + 1
         )));
     }
-    Ok(())
+    Ok(warnings)
 }
 
 /// Whether a shader may write a resource.

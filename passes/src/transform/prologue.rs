@@ -32,6 +32,7 @@ use crate::{
         guard::{self, Formula},
         term::{TermId, Terms},
     },
+    graded,
     ir::{
         build::{self, Code},
         import::Imports,
@@ -156,9 +157,13 @@ impl EveryPixel {
         function: Handle<Function>,
     ) -> EveryPixel {
         let prelude = prelude(options);
+        let place = match graded::has_user(module) {
+            true => "vrcs_place_in_tile",
+            false => "vrcs_place",
+        };
         EveryPixel {
             function,
-            place: imports.function(&prelude, module, "vrcs_place"),
+            place: imports.function(&prelude, module, place),
             is_inside: imports.function(&prelude, module, "vrcs_is_inside"),
         }
     }

@@ -16,7 +16,7 @@ error[VRCS015]: a barrier stands under a condition that may differ within a work
   ┌─ barrier_under_ids.wgsl:7:8
   │
 7 │     if id.x < 100u {
-  │        ^^^^^^^^^^^ made from ids within the group, or from memory that is written
+  │        ^^^^^^^^^^^ comes from an invocation's id, or from memory that is written
 8 │         workgroupBarrier();
   │         ---------------- not every invocation gets here
   │

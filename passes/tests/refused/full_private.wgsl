@@ -22,4 +22,4 @@ error[VRCS026]: what is stored to `noise` cannot be separated from the rest: bot
 4 │ var<private> seed: u32 = 7u;
   │ ^^^^^^^^^^^^^^^^^^^^^^^^^^^^ here
   │
-  = help: let these targets be copied, or store to them in an entry point of their own
+  = help: let these targets be copied, or store to them in an entry point of their own, in a dispatch before or behind this one

@@ -17,4 +17,4 @@ error[VRCS026]: what is stored to `mask` cannot be separated from the rest: one 
 9 │     textureStore(mask, id.xy, color[at]);
   │                               ^^^^^^^^^ here
   │
-  = help: let these targets be copied, or store to them in an entry point of their own
+  = help: let these targets be copied, or store to them in an entry point of their own, in a dispatch before or behind this one

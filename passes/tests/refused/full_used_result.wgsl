@@ -16,4 +16,4 @@ error[VRCS026]: what is stored to `count` cannot be separated from the rest: the
 7 │     let slot = atomicAdd(&count, 1u);
   │                ^^^^^^^^^ here
   │
-  = help: let these targets be copied, or store to them in an entry point of their own
+  = help: let these targets be copied, or store to them in an entry point of their own, in a dispatch before or behind this one

@@ -17,7 +17,7 @@ error[VRCS015]: an invocation may leave before a barrier, under a condition that
   ┌─ leaves_before_barrier.wgsl:6:8
   │
 6 │     if any(id.xy >= textureDimensions(picture)) {
-  │        ^^^ made from ids within the group, or from memory that is written
+  │        ^^^ comes from an invocation's id, or from memory that is written
 7 │         return;
   │         ------- the others wait for it at the next barrier
   │

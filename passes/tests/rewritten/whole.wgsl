@@ -32,6 +32,7 @@ var picture: texture_storage_2d<rgba8unorm,write>;
 var<uniform> vrcs_params: VrcsParams;
 var<private> vrcs_pixel: vec3<u32>;
 var<private> vrcs_copies: u32;
+var<private> vrcs_tile: u32;
 @group(1) @binding(1)
 var<storage> vrcs_coords: array<u32>;
 
@@ -47,9 +48,11 @@ fn vrcs_is_inside(pixel: vec3<u32>) -> bool {
 }
 
 fn vrcs_header(tile_1: vec3<u32>) -> u32 {
-    let _e5 = vrcs_params.tiles_per_row;
-    let _e10 = vrcs_coords[((tile_1.y * _e5) + tile_1.x)];
-    return _e10;
+    let _e4 = vrcs_params.tiles_per_row;
+    let slot = ((tile_1.y * _e4) + tile_1.x);
+    vrcs_tile = slot;
+    let _e11 = vrcs_coords[slot];
+    return _e11;
 }
 
 fn vrcs_is_identity(header: u32) -> bool {
@@ -161,6 +164,12 @@ fn vrcs_take_block(origin: vec2<u32>, z_1: u32, width: u32, number: u32, code: u
     return _e54;
 }
 
+fn vrcs_take_tiled(origin_1: vec2<u32>, z_2: u32, entry: u32) -> bool {
+    let position = vec2<u32>((entry & 255u), ((entry >> 8u) & 255u));
+    let _e14 = vrcs_take(vec3<u32>((origin_1 + position), z_2), (entry >> 16u));
+    return _e14;
+}
+
 fn vrcs_tile_prefix(tile_2: vec3<u32>, pixel_2: vec3<u32>, lane_1: u32, size: vec2<u32>) -> bool {
     vrcs_pixel = pixel_2;
     vrcs_copies = 0u;
@@ -179,19 +188,18 @@ fn vrcs_tile_prefix(tile_2: vec3<u32>, pixel_2: vec3<u32>, lane_1: u32, size: ve
     if (lane_1 >= _e18) {
         return false;
     }
-    let origin_1 = (tile_2.xy * size);
+    let origin_2 = (tile_2.xy * size);
     if ((_e15 & VRCS_TILE_UNIFORM) != 0u) {
-        let _e37 = vrcs_take_block(origin_1, tile_2.z, size.x, lane_1, ((_e15 >> 24u) & 15u), ((_e15 >> 21u) & 7u));
+        let _e37 = vrcs_take_block(origin_2, tile_2.z, size.x, lane_1, ((_e15 >> 24u) & 15u), ((_e15 >> 21u) & 7u));
         return _e37;
     }
     let _e41 = vrcs_params.tiles_per_row;
-    let slot = ((tile_2.y * _e41) + tile_2.x);
+    let slot_1 = ((tile_2.y * _e41) + tile_2.x);
     let _e48 = vrcs_params.entries;
     let _e51 = vrcs_params.entries_per_tile;
-    let entry = vrcs_coords[((_e48 + (slot * _e51)) + lane_1)];
-    let position = vec2<u32>((entry & 255u), ((entry >> 8u) & 255u));
-    let _e69 = vrcs_take(vec3<u32>((origin_1 + position), tile_2.z), (entry >> 16u));
-    return _e69;
+    let entry_1 = vrcs_coords[((_e48 + (slot_1 * _e51)) + lane_1)];
+    let _e58 = vrcs_take_tiled(origin_2, tile_2.z, entry_1);
+    return _e58;
 }
 
 fn vrcs_prefix(tile_3: vec3<u32>, lane_2: u32) -> bool {

@@ -24,45 +24,58 @@ use crate::{
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "What is known of the picture")]
 pub(super) struct GivenFiles {
-    /// The picture of the frame before, which is what is analysed, along motion; without, IMAGE itself is.
+    /// The picture of the frame before.
+    ///
+    /// It is what is analysed, along motion; without, IMAGE itself is.
     #[arg(long, value_name = "IMAGE")]
     pub(super) previous: Option<PathBuf>,
     /// What is analysed after its transparents; it itself is then before them.
-    #[arg(long, value_name = "IMAGE")]
+    #[arg(long, value_name = "IMAGE", hide_short_help = true)]
     after: Option<PathBuf>,
     /// IMAGE's motion vectors.
     #[arg(long, value_name = "FILE.exr", conflicts_with = "matrices")]
     motion: Option<PathBuf>,
-    /// IMAGE's depth: with --previous and motion it finds what was hidden, with --matrices it gives the motion; a lens and rates by
-    /// distance look at it, too.
+    /// IMAGE's depth.
+    ///
+    /// With --previous and motion it finds what was hidden, with --matrices it gives the motion; a lens and rates by distance look at
+    /// it, too.
     #[arg(long, value_name = "FILE.exr")]
     depth: Option<PathBuf>,
-    /// The depth of the frame before; without, it is put together from IMAGE's, which knows of what hides and can still be seen.
-    #[arg(long, value_name = "FILE.exr", requires = "depth")]
+    /// The depth of the frame before.
+    ///
+    /// Without, it is put together from IMAGE's, which knows of what hides and can still be seen.
+    #[arg(
+        long,
+        value_name = "FILE.exr",
+        requires = "depth",
+        hide_short_help = true
+    )]
     previous_depth: Option<PathBuf>,
-    /// The cameras of both frames, for the motion of a scene that has no vectors.
+    /// The cameras of both frames, where there are no vectors.
     #[arg(long, value_name = "FILE.json", requires = "depth")]
     matrices: Option<PathBuf>,
     /// How wide a later blur is at each pixel, in pixels.
-    #[arg(long, value_name = "FILE.exr")]
+    #[arg(long, value_name = "FILE.exr", hide_short_help = true)]
     blur: Option<PathBuf>,
     /// Smoothness in red and Rf0 in green, 255 for 1.
     #[arg(long, value_name = "FILE.png")]
     materials: Option<PathBuf>,
     /// Where noise is, 255 for most: there the extra half rate is.
-    #[arg(long, value_name = "FILE.png")]
+    #[arg(long, value_name = "FILE.png", hide_short_help = true)]
     noise: Option<PathBuf>,
     /// The material or object of each pixel, 0 to 255, for the rates that the settings state.
-    #[arg(long, value_name = "FILE.png")]
+    #[arg(long, value_name = "FILE.png", hide_short_help = true)]
     ids: Option<PathBuf>,
-    /// Where the rate is full whatever is found (alpha-tested surfaces, a HUD): what is not black.
+    /// Where the rate is full whatever is found: what is not black.
+    ///
+    /// Alpha-tested surfaces, a HUD.
     #[arg(long, value_name = "FILE.png")]
     mask: Option<PathBuf>,
     /// Bits of each pixel: 1 does not move with the world, 2 no extra half rate, 4 full rate, 8 a particle.
-    #[arg(long, value_name = "FILE.png")]
+    #[arg(long, value_name = "FILE.png", hide_short_help = true)]
     flags: Option<PathBuf>,
     /// The rates that the frame before had, as -o writes them: for stability.
-    #[arg(long, value_name = "SRI.png")]
+    #[arg(long, value_name = "SRI.png", hide_short_help = true)]
     previous_rates: Option<PathBuf>,
 }
 

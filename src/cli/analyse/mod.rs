@@ -38,8 +38,14 @@ use crate::{
     sri::Sri,
 };
 
+const EXAMPLES: &str = "Examples:
+  vrcs analyse frame.png -o sri.png --overlay overlay.png
+  vrcs analyse frame.exr --threshold 0.1 --attachment khr --attachment-output rates.png
+  vrcs analyse frame2.png --previous frame1.png --motion motion.exr --depth depth2.exr
+`vrcs analyse --help` has all options, and what the files hold.";
+
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Files:
+#[command(after_help = EXAMPLES, after_long_help = "Files:
   SRI.png          one 8-bit grey pixel for each quad of 2x2 pixels: the code of its rate, (log2 W << 2) | log2 H
   the attachment   one 8-bit grey pixel for each tile: a code for d3d12 and khr, for nv an index into the palette whose
                    entries are the values of VkShadingRatePaletteEntryNV
@@ -86,17 +92,26 @@ pub(super) struct Arguments {
     options: Options,
     #[command(flatten)]
     given: GivenFiles,
-    /// What depth 0 is: the far plane (reversed) or the near one (standard). Reversed, unless the settings say otherwise.
-    #[arg(long, value_name = "KIND")]
+    /// What depth 0 is: the far plane (reversed) or the near one (standard).
+    ///
+    /// Reversed, unless the settings say otherwise.
+    #[arg(long, value_name = "KIND", hide_short_help = true)]
     z: Option<Z>,
-    /// Also make the image that hardware variable-rate shading reads.
-    #[arg(long, value_name = "KIND", requires = "attachment_output")]
+    /// Also make the image for hardware: d3d12, khr or nv.
+    ///
+    /// The image that hardware variable-rate shading reads.
+    #[arg(
+        long,
+        value_name = "KIND",
+        requires = "attachment_output",
+        hide_possible_values = true
+    )]
     attachment: Option<Kind>,
     /// The side of its tiles: 8, 16 or 32 pixels.
     #[arg(long, default_value = "16", value_name = "N", value_parser = parse_tile, requires = "attachment")]
     tile: Tile,
     /// Samples for each pixel of the target that is drawn to.
-    #[arg(long, default_value = "1", value_name = "N", value_parser = parse_samples, requires = "attachment")]
+    #[arg(long, default_value = "1", value_name = "N", value_parser = parse_samples, requires = "attachment", hide_short_help = true)]
     samples: Samples,
     /// Run on the CPU: the same bytes, without a driver.
     #[arg(long, conflicts_with = "adapter")]
@@ -274,6 +289,7 @@ fn analyse(arguments: &Arguments, settings: &Settings, inputs: &Inputs) -> Resul
         plain_rates: outputs.plain.is_some(),
         reasons: outputs.reasons.is_some(),
         sqrt_luma: outputs.luma.is_some(),
+        origin: false,
     };
     let plan = Plan::new(&scene, settings).map_err(|error| refused(&error))?;
     if arguments.cpu {

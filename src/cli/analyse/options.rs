@@ -13,42 +13,60 @@ use crate::{
 /// How the stage decides.
 #[derive(Debug, clap::Args)]
 pub(super) struct Options {
-    /// Start from a published estimator: paper, gdc, nvidia-sample, fidelityfx, valar, sobel or wicked. The options below change it.
+    /// Start from a published estimator.
+    ///
+    /// paper, gdc, nvidia-sample, fidelityfx, valar, sobel or wicked. The options below change it.
     #[arg(long, value_name = "NAME", default_value = "paper")]
     estimator: Peer,
-    /// Start from settings in a file instead: every parameter of every effect. See the example at the end of this help.
+    /// Start from settings in a file instead.
+    ///
+    /// Every parameter of every effect: see the example at the end of this help.
     #[arg(long, value_name = "FILE.toml", conflicts_with_all = ["estimator", "white"])]
     settings: Option<PathBuf>,
-    /// How large a difference may be, as a share of the luma around it: t of the paper's Eq. 15, 0.15 there.
+    /// How large a difference may be, as a share of the luma around.
+    ///
+    /// t of the paper's Eq. 15, 0.15 there.
     #[arg(long, value_name = "T")]
     threshold: Option<f64>,
-    /// The luma of the room, in the picture's units: l of the paper's Eq. 15, 0.05 there.
+    /// The luma of the room, in the picture's units.
+    ///
+    /// l of the paper's Eq. 15, 0.05 there.
     #[arg(long, value_name = "L")]
     ambient: Option<f64>,
     /// How much more a quarter rate loses than a half: k of the paper's Eq. 14, 2.13 there.
-    #[arg(long, value_name = "K")]
+    #[arg(long, value_name = "K", hide_short_help = true)]
     k: Option<f64>,
     /// Refit k to what is analysed: its spectrum is taken for 1/f^s, s is had from how its differences grow from one pixel to two,
     /// and the paper's Eq. 13 is solved for k. s is 1 in nature, and k then 2.13; 1 to 15 is what is taken.
-    #[arg(long, conflicts_with = "k")]
+    #[arg(long, conflicts_with = "k", hide_short_help = true)]
     pub(super) refit_k: bool,
     /// How differences become one error.
-    #[arg(long, value_name = "NORM")]
+    #[arg(long, value_name = "NORM", hide_short_help = true)]
     norm: Option<Norm>,
     /// Which differences.
-    #[arg(long, value_name = "SET")]
+    #[arg(long, value_name = "SET", hide_short_help = true)]
     derivatives: Option<Derivatives>,
     /// Of what.
-    #[arg(long, value_name = "OF")]
+    #[arg(long, value_name = "OF", hide_short_help = true)]
     difference: Option<Difference>,
     /// What luma is made from: the colour, or its root in eight bits, as the deblocker keeps it.
-    #[arg(long, value_name = "SOURCE", default_value = "colour")]
+    #[arg(
+        long,
+        value_name = "SOURCE",
+        default_value = "colour",
+        hide_short_help = true
+    )]
     pub(super) luma_source: LumaSource,
     /// White of linear pictures (EXR, HDR), a power of two from 1/65536 to 65536: what is brighter is in doubt, and at full rate.
-    #[arg(long, value_name = "WHITE", default_value = "1")]
+    #[arg(
+        long,
+        value_name = "WHITE",
+        default_value = "1",
+        hide_short_help = true
+    )]
     white: f64,
-    /// Limits between neighbours.
-    #[arg(long, value_name = "KIND")]
+    /// Limits between neighbours: none, limit or conservative.
+    #[arg(long, value_name = "KIND", hide_possible_values = true)]
     smoothing: Option<Smoothing>,
     /// The coarsest rate, on each axis.
     ///
@@ -56,10 +74,10 @@ pub(super) struct Options {
     #[arg(long, value_name = "WxH")]
     largest: Option<Rate>,
     /// The scale of the dynamic resolution, above 0 to 1: what foveation and overshoot hang on.
-    #[arg(long, default_value = "1", value_name = "SCALE", value_parser = parse_scale)]
+    #[arg(long, default_value = "1", value_name = "SCALE", value_parser = parse_scale, hide_short_help = true)]
     pub(super) resolution_scale: f64,
     /// The side of the squares of pixels that keep one rate, the finest of theirs: 2, 4, 8, 16 or 32.
-    #[arg(long, default_value = "2", value_name = "N", value_parser = parse_granularity)]
+    #[arg(long, default_value = "2", value_name = "N", value_parser = parse_granularity, hide_short_help = true)]
     pub(super) granularity: u32,
 }
 

@@ -24,20 +24,20 @@ pub(super) struct OutputFiles {
     /// Where a picture goes that shows the rates.
     #[arg(long, value_name = "FILE.png")]
     pub(super) overlay: Option<PathBuf>,
-    /// Where the image for hardware variable-rate shading goes, as a grey PNG.
+    /// Where the image for hardware goes, as a grey PNG.
     #[arg(long, value_name = "FILE.png", requires = "attachment")]
     pub(super) attachment_output: Option<PathBuf>,
     /// Where the reasons go, as a grey PNG.
     #[arg(long, value_name = "FILE.png")]
     pub(super) reasons: Option<PathBuf>,
     /// Where the rates of half the resolution go, for passes that run at it.
-    #[arg(long = "half-output", value_name = "SRI.png")]
+    #[arg(long = "half-output", value_name = "SRI.png", hide_short_help = true)]
     pub(super) half: Option<PathBuf>,
     /// Where the rates without the extra half rate go, for passes that add no noise.
-    #[arg(long = "plain-output", value_name = "SRI.png")]
+    #[arg(long = "plain-output", value_name = "SRI.png", hide_short_help = true)]
     pub(super) plain: Option<PathBuf>,
     /// Where √luma of what is analysed goes, which later frames can use in place of its colour.
-    #[arg(long = "luma-output", value_name = "FILE.png")]
+    #[arg(long = "luma-output", value_name = "FILE.png", hide_short_help = true)]
     pub(super) luma: Option<PathBuf>,
 }
 

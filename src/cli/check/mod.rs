@@ -26,13 +26,24 @@ use crate::check::{
 };
 
 #[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Values and files can also stand in `SHADER.toml` beside SHADER.wgsl.
+
+Examples:
+  vrcs check light.wgsl
+  vrcs check light.wgsl --size 320x200 --cases 200 --mode list
+  vrcs check blur.wgsl --set radius=4 --input source=photo.png --seed 7
+  vrcs check shaders --json > reports.json"
+)]
 pub(super) struct Arguments {
     #[command(flatten)]
     shader: In,
-    /// The entry point; every compute entry point that stores per pixel if not given.
+    /// The entry point; without, every one that stores per pixel.
     #[arg(long, value_name = "NAME")]
     entry: Option<String>,
-    /// The size of the picture. Odd by default, so that partial tiles and quads occur. [default: 61x47]
+    /// The size of the picture. [default: 61x47]
+    ///
+    /// Odd by default, so that partial tiles and quads occur.
     #[arg(long, value_parser = parse_size, value_name = "WxH")]
     size: Option<[u32; 2]>,
     /// How many shading-rate images to try. [default: 64]
@@ -44,14 +55,16 @@ pub(super) struct Arguments {
     /// The adapter: a part of its name. See `vrcs adapters`.
     #[arg(long, value_name = "NAME")]
     adapter: Option<String>,
-    /// A value for a variable, a member or an override, for example `width=64` or `frame.size=64,48`.
+    /// A value for a variable, a member or an override.
+    ///
+    /// For example `width=64` or `frame.size=64,48`.
     #[arg(long, value_name = "NAME=VALUE")]
     set: Vec<String>,
     /// A picture or a file of bytes for a texture or buffer.
     #[arg(long, value_name = "NAME=FILE")]
     input: Vec<String>,
     /// How the rewritten shader is handed to the driver.
-    #[arg(long, value_enum, default_value_t = RouteName::Text)]
+    #[arg(long, value_enum, default_value_t = RouteName::Text, hide_short_help = true)]
     route: RouteName,
     /// Seconds that a case may take.
     #[arg(long, default_value_t = 60, value_name = "SECONDS")]

@@ -23,7 +23,7 @@ impl<'a> Walk<'a> {
         let facts = self.facts.function(function);
         let arguments: Vec<Value> = arguments.iter().map(|&a| self.value(frame, a)).collect();
         let has_pointers = arguments.iter().any(|a| matches!(a, Value::Place(_)));
-        let value = if crate::graded::is_rate(self.module, function) {
+        let value = if crate::graded::is_of_group(self.module, function) {
             // it gives what the group has in common, which is no number of the author's
             let unknown = self.terms.opaque(Opacity::Unfollowed, Vec::new());
             Some(unknown)
@@ -81,7 +81,7 @@ impl<'a> Walk<'a> {
         arguments: Vec<Value>,
     ) -> Option<TermId> {
         let result = self.module.functions[function].result.as_ref()?;
-        if crate::graded::calls_rate(self.module, function) {
+        if crate::graded::calls_of_group(self.module, function) {
             // what its group has in common is no number of the author's, whatever is made of it
             let operands = arguments.iter().filter_map(|argument| match argument {
                 Value::Term(term) => Some(*term),

@@ -277,7 +277,7 @@ impl Uniformity<'_> {
             };
             findings.push(
                 Finding::new(Code::WorkgroupMemory, message)
-                    .at(span, "made from ids within the group, or from memory that is written")
+                    .at(span, "comes from an invocation's id, or from memory that is written")
                     .at(inner, label)
                     .help(
                         "take the condition from a uniform, from `workgroup_id`, or from `workgroupUniformLoad`; \
