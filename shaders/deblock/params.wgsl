@@ -1,4 +1,4 @@
-// Parameters of the deblocker; src/deblock/gpu.rs writes them.
+// Parameters of the deblocker; src/deblock/gpu/mod.rs writes them.
 #define_import_path vrcs::deblock::params
 
 struct Params {

@@ -278,7 +278,7 @@ fn print_scene(scene: &SceneStudy) -> Result<(), Failure> {
             Some(ms) => {
                 format!("{name} pays where these passes take more than {ms:.3} ms at full rate")
             }
-            None => format!("{name} saves no shading here"),
+            None => format!("{name} saves no shading time here"),
         })?;
     }
     for effect in &scene.effects {

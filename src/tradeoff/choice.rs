@@ -235,7 +235,9 @@ fn left_alone(general: &Point) -> String {
             format!("{passes}, and nothing in them is provably empty: the scene is left alone.")
         }
         None => {
-            format!("{passes}, and the general preset saves no shading: the scene is left alone.")
+            format!(
+                "{passes}, and no less by the general preset, whatever it leaves unshaded: the scene is left alone."
+            )
         }
     }
 }

@@ -59,21 +59,26 @@ pub fn svg(study: &Study) -> String {
 /// What each mark means, in a row.
 fn legend(text: &mut String, y: f64) {
     let entries = [
-        ("preset", "the scene's preset, 95 % interval", 205.0),
-        ("general", "general preset", 105.0),
-        ("on", "on the front", 95.0),
-        ("peer", "published estimator", 140.0),
-        ("off", "another setting", 0.0),
+        ("preset", "the scene's preset, 95 % interval"),
+        ("general", "general preset"),
+        ("on", "on the front"),
+        ("peer", "published estimator"),
+        ("off", "another setting"),
     ];
     let mut x = 18.0;
-    for (class, name, width) in entries {
+    for (class, name) in entries {
         let mark = mark(class, x, y - 4.0, 4.0, "");
         push(
             text,
             format_args!("{mark}<text x=\"{}\" y=\"{y}\">{name}</text>", x + 9.0),
         );
-        x += width;
+        x += 9.0 + breadth(name) + 14.0;
     }
+}
+
+/// How wide a text is at most, in whatever font a page has: its letters at 12 pixels.
+fn breadth(text: &str) -> f64 {
+    6.9 * text.chars().count() as f64
 }
 
 /// A point: a circle, or for a published estimator a diamond.
@@ -189,7 +194,7 @@ fn panel(text: &mut String, scene: &SceneStudy, left: f64, top: f64) {
             format_args!("<path class=\"front\" d=\"M{}\"/>", line.join("L")),
         );
     }
-    let mut labels: Vec<[f64; 2]> = Vec::new();
+    let mut labels: Vec<Label> = Vec::new();
     let mut order: Vec<usize> = (0..scene.points.len()).collect();
     order.sort_by_key(|&i| {
         (
@@ -229,34 +234,59 @@ fn panel(text: &mut String, scene: &SceneStudy, left: f64, top: f64) {
             );
         }
         if !chosen.is_empty() {
-            let (anchor, away) = match x(a) > left + WIDTH - 80.0 {
-                true => ("end", -8.0),
-                false => ("start", 8.0),
-            };
-            let at = free([x(a) + away, y(b) - 7.0], &labels, top + 30.0);
-            labels.push(at);
+            let label = Label::beside([x(a), y(b) - 7.0], &chosen, left + WIDTH)
+                .above(&labels, top + TOP - 4.0);
             push(
                 text,
                 format_args!(
-                    "<text class=\"name\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"{anchor}\">{chosen}</text>",
-                    at[0], at[1]
+                    "<text class=\"name\" x=\"{:.1}\" y=\"{:.1}\">{chosen}</text>",
+                    label.left, label.base
                 ),
             );
+            labels.push(label);
         }
     }
 }
 
-/// The place of a label: upwards until no other is in the way.
-fn free(wanted: [f64; 2], others: &[[f64; 2]], top: f64) -> [f64; 2] {
-    let mut at = wanted;
-    let is_taken = |at: [f64; 2]| {
-        let hits = |o: &[f64; 2]| (o[0] - at[0]).abs() < 62.0 && (o[1] - at[1]).abs() < 13.0;
-        others.iter().any(hits)
-    };
-    while is_taken(at) && at[1] > top {
-        at[1] -= 13.0;
+/// Where a label stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Label {
+    left: f64,
+    right: f64,
+    /// The line that its letters stand on.
+    base: f64,
+}
+
+impl Label {
+    const HEIGHT: f64 = 13.0;
+
+    /// A label to the right of a point, or to its left where the panel ends before the label does.
+    fn beside([x, base]: [f64; 2], text: &str, end: f64) -> Label {
+        let (gap, breadth) = (8.0, breadth(text));
+        let left = match x + gap + breadth <= end {
+            true => x + gap,
+            false => x - gap - breadth,
+        };
+        Label {
+            left,
+            right: left + breadth,
+            base,
+        }
     }
-    at
+
+    /// The label, moved up until no other is in its way.
+    fn above(self, others: &[Label], top: f64) -> Label {
+        let mut moved = self;
+        let hits = |moved: &Label, other: &Label| {
+            moved.left < other.right
+                && other.left < moved.right
+                && (moved.base - other.base).abs() < Label::HEIGHT
+        };
+        while others.iter().any(|other| hits(&moved, other)) && moved.base > top {
+            moved.base -= Label::HEIGHT;
+        }
+        moved
+    }
 }
 
 /// A tick's number, without rounding errors.
@@ -278,12 +308,16 @@ mod tests {
     }
 
     #[test]
-    fn labels_do_not_lie_on_one_another() {
-        let first = free([100.0, 80.0], &[], 30.0);
-        assert_eq!(first, [100.0, 80.0]);
-        let second = free([120.0, 82.0], &[first], 30.0);
-        assert!(second[1] <= first[1] - 11.0, "{second:?}");
-        assert_eq!(free([300.0, 80.0], &[first], 30.0), [300.0, 80.0]);
+    fn labels_do_not_lie_on_one_another_nor_beyond_their_panel() {
+        let first = Label::beside([100.0, 80.0], "Fast", 380.0);
+        assert_eq!(first.above(&[], 30.0), first);
+        assert!(first.left > 100.0);
+        let second = Label::beside([104.0, 82.0], "Balanced", 380.0).above(&[first], 30.0);
+        assert!(second.base <= first.base - 11.0, "{second:?}");
+        let far = Label::beside([300.0, 80.0], "Fast", 380.0);
+        assert_eq!(far.above(&[first], 30.0), far);
+        let all = Label::beside([280.0, 80.0], "Exact, Balanced, Fast", 380.0);
+        assert!(all.right < 280.0, "{all:?}");
     }
 
     #[test]
