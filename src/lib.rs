@@ -175,6 +175,7 @@ pub mod deblock;
 #[cfg(feature = "cli")]
 pub mod demo;
 pub mod dispatch;
+mod flat;
 mod home;
 mod kernel;
 pub mod limits;

@@ -169,7 +169,7 @@ impl Rewriter<'_> {
             }
         }
         let body = std::mem::take(&mut function.body);
-        function.body = rebuild(body, &mut |_, mut statement, span, block| {
+        function.body = rebuild(&body, &mut |_, mut statement, span, block| {
             if let Statement::Call { function, .. } = &mut statement {
                 *function = self.moved[function.index()];
             }

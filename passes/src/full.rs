@@ -350,7 +350,7 @@ impl<'h> Half<'h> {
         let mut lost = Vec::new();
         let body = std::mem::take(&mut half.body);
         let expressions = &mut half.expressions;
-        half.body = rebuild(body, &mut |_, mut statement, span, block| {
+        half.body = rebuild(&body, &mut |_, mut statement, span, block| {
             let target = match statement {
                 Statement::Store { pointer, .. } => Some(pointer),
                 Statement::ImageStore { image, .. } | Statement::ImageAtomic { image, .. } => {

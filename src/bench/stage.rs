@@ -15,6 +15,7 @@ use crate::{
     Pass, PassOptions, Rate, View,
     build::{BuildOptions, Modes, statistics::Statistics},
     check::gpu::Gpu,
+    flat,
     sri::Sri,
 };
 
@@ -85,23 +86,13 @@ pub(super) fn texture(
     content: Content,
     seed: u64,
 ) -> wgpu::Texture {
-    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("vrcs bench"),
-        size: wgpu::Extent3d {
-            width: size[0],
-            height: size[1],
-            depth_or_array_layers: 1,
-        },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING
-            | wgpu::TextureUsages::STORAGE_BINDING
-            | wgpu::TextureUsages::COPY_SRC
-            | wgpu::TextureUsages::COPY_DST,
-        view_formats: &[],
-    });
+    let usage = wgpu::TextureUsages::TEXTURE_BINDING
+        | wgpu::TextureUsages::STORAGE_BINDING
+        | wgpu::TextureUsages::COPY_SRC
+        | wgpu::TextureUsages::COPY_DST;
+    let texture = gpu
+        .device
+        .create_texture(&flat::texture("vrcs bench", size, format, usage));
     gpu.queue.write_texture(
         texture.as_image_copy(),
         bytemuck::cast_slice(&words(size, content, seed)),

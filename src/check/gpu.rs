@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::{
     build::{BuildOptions, gpu::Builder},
+    flat,
     object::ObjectOptions,
 };
 
@@ -249,36 +250,25 @@ impl Gpu {
         }
     }
 
-    /// Makes a texture that is only read, and holds `bytes`: `width` times `height` texels, row by row, without padding.
+    /// Makes a texture that is only read, and holds `bytes`: `size[0]` times `size[1]` texels, row by row, without padding.
     pub fn texture(
         &self,
         label: &str,
-        [width, height]: [u32; 2],
+        size: [u32; 2],
         format: wgpu::TextureFormat,
         bytes: &[u8],
     ) -> wgpu::TextureView {
-        let size = wgpu::Extent3d {
-            width,
-            height,
-            depth_or_array_layers: 1,
-        };
-        let texture = self.device.create_texture(&wgpu::TextureDescriptor {
-            label: Some(label),
-            size,
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format,
-            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-            view_formats: &[],
-        });
+        let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
+        let texture = self
+            .device
+            .create_texture(&flat::texture(label, size, format, usage));
         let rows = wgpu::TexelCopyBufferLayout {
             offset: 0,
-            bytes_per_row: Some(bytes.len() as u32 / height),
+            bytes_per_row: Some(bytes.len() as u32 / size[1]),
             rows_per_image: None,
         };
         self.queue
-            .write_texture(texture.as_image_copy(), bytes, rows, size);
+            .write_texture(texture.as_image_copy(), bytes, rows, texture.size());
         texture.create_view(&wgpu::TextureViewDescriptor::default())
     }
 

@@ -70,8 +70,8 @@ enum Command {
     Completions(generate::Completions),
     /// Write the man pages.
     Man(generate::Man),
-    /// One check, in a process of its own: what `check` starts.
-    #[command(hide = true)]
+    /// One check, in a process of its own: what `check` starts. Its name is like no word that a user could mean.
+    #[command(name = check::child::NAME, hide = true)]
     CheckChild,
 }
 

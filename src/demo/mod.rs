@@ -21,6 +21,7 @@ use crate::{
         gpu::{Gpu, GpuError, by_construction},
     },
     dispatch::{Pass, PassOptions},
+    flat,
     metrics::{self, Shown as Picture},
     sri::Sri,
     view::View,
@@ -239,22 +240,13 @@ impl<'g> Stage<'g> {
                 compilation_options: wgpu::PipelineCompilationOptions::default(),
                 cache: None,
             });
-        let picture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("picture"),
-            size: wgpu::Extent3d {
-                width: size[0],
-                height: size[1],
-                depth_or_array_layers: 1,
-            },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: wgpu::TextureFormat::Rgba8Unorm,
-            usage: wgpu::TextureUsages::STORAGE_BINDING
-                | wgpu::TextureUsages::TEXTURE_BINDING
-                | wgpu::TextureUsages::COPY_SRC,
-            view_formats: &[],
-        });
+        let usage = wgpu::TextureUsages::STORAGE_BINDING
+            | wgpu::TextureUsages::TEXTURE_BINDING
+            | wgpu::TextureUsages::COPY_SRC;
+        let format = wgpu::TextureFormat::Rgba8Unorm;
+        let picture = gpu
+            .device
+            .create_texture(&flat::texture("picture", size, format, usage));
         let frame = Frame {
             size,
             time: 1.0,

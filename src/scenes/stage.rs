@@ -13,6 +13,7 @@ use super::{PassName, SceneName, frame::Frame};
 use crate::{
     check::gpu::{Gpu, by_construction},
     dispatch::{Pass, PassOptions, reflect},
+    flat,
     view::View,
 };
 
@@ -330,23 +331,11 @@ fn texture(
     format: wgpu::TextureFormat,
     size: [u32; 2],
 ) -> wgpu::Texture {
-    device.create_texture(&wgpu::TextureDescriptor {
-        label: Some(name),
-        size: wgpu::Extent3d {
-            width: size[0],
-            height: size[1],
-            depth_or_array_layers: 1,
-        },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage: wgpu::TextureUsages::STORAGE_BINDING
-            | wgpu::TextureUsages::TEXTURE_BINDING
-            | wgpu::TextureUsages::COPY_SRC
-            | wgpu::TextureUsages::COPY_DST,
-        view_formats: &[],
-    })
+    let usage = wgpu::TextureUsages::STORAGE_BINDING
+        | wgpu::TextureUsages::TEXTURE_BINDING
+        | wgpu::TextureUsages::COPY_SRC
+        | wgpu::TextureUsages::COPY_DST;
+    device.create_texture(&flat::texture(name, size, format, usage))
 }
 
 /// Makes full-rate passes.

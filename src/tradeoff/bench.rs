@@ -23,6 +23,7 @@ use super::{
 use crate::{
     Rate,
     check::gpu::{Gpu, adapters},
+    flat,
     metrics::{self, Shown},
     scenes::{
         SceneName,
@@ -124,16 +125,11 @@ impl<'g> Bench<'g> {
             .find(|adapter| adapter.get_info().name == gpu.info.name);
         let rewrite = Rewrite::default();
         let stage = Stage::new(gpu, scene, size, &rewrite)?;
-        let poison = gpu.device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("poison"),
-            size: stage.picture().size(),
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: stage.picture().format(),
-            usage: wgpu::TextureUsages::COPY_DST | wgpu::TextureUsages::COPY_SRC,
-            view_formats: &[],
-        });
+        let usage = wgpu::TextureUsages::COPY_DST | wgpu::TextureUsages::COPY_SRC;
+        let format = stage.picture().format();
+        let poison = gpu
+            .device
+            .create_texture(&flat::texture("poison", size, format, usage));
         let magenta = [255, 0, 255, 0].repeat(size[0] as usize * size[1] as usize);
         gpu.queue.write_texture(
             poison.as_image_copy(),

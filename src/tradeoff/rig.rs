@@ -16,6 +16,7 @@ use crate::{
     check::gpu::{Gpu, by_construction},
     coverage,
     deblock::{self, Bound, Deblocker, Inputs, PictureInput, luma_pitch},
+    flat,
     plan::{Binding, ColourForm, Plan},
     scenes::stage::{Rewritten, Stage},
     sri::{Sri, SriLayout},
@@ -355,20 +356,9 @@ impl Analysed {
         let size = stage.size();
         let has = |binding| plan.bindings.contains(&binding);
         let copy_of = |label, format| {
-            gpu.device.create_texture(&wgpu::TextureDescriptor {
-                label: Some(label),
-                size: wgpu::Extent3d {
-                    width: size[0],
-                    height: size[1],
-                    depth_or_array_layers: 1,
-                },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format,
-                usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-                view_formats: &[],
-            })
+            let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
+            gpu.device
+                .create_texture(&flat::texture(label, size, format, usage))
         };
         let zeros = vec![0; SriLayout::new(size[0], size[1]).bytes() as usize];
         let buffer = |label| gpu.buffer(label, &zeros, wgpu::BufferUsages::STORAGE);

@@ -255,7 +255,7 @@ fn rewrite(
         .collect();
     let expressions = &function.expressions;
     let body = std::mem::take(&mut function.body);
-    function.body = rebuild(body, &mut |id, mut statement, span, block| {
+    function.body = rebuild(&body, &mut |id, mut statement, span, block| {
         if let Statement::Emit(range) = statement {
             let mut left = range.filter_map(|handle| moved.get(&handle).copied());
             let Some(first) = left.next() else { return };

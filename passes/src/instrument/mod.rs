@@ -312,7 +312,7 @@ impl Context<'_> {
             }
         }
         let body = std::mem::take(&mut function.body);
-        function.body = rebuild(body, &mut |_, mut statement, span, block| {
+        function.body = rebuild(&body, &mut |_, mut statement, span, block| {
             let path = self.enter(module, function, &mut statement, span, block);
             if let Statement::Call { function, .. } = &mut statement {
                 *function = self.moved[function.index()];

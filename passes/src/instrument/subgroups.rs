@@ -122,7 +122,7 @@ impl Context {
         // finding one's duplicates is no work for a primary
         let is_ours = function.name.as_deref() == Some("vrcs_group_masks");
         let body = std::mem::take(&mut function.body);
-        function.body = rebuild(body, &mut |_, mut statement, span, block| {
+        function.body = rebuild(&body, &mut |_, mut statement, span, block| {
             if let Statement::Call { function, .. } = &mut statement {
                 *function = self.moved[function.index()];
             }

@@ -35,52 +35,22 @@ impl Numbering {
 /// Rebuilds a body. Each statement, its own sub-blocks already rebuilt, is given to `edit`, which pushes what is to
 /// stand in its place.
 pub fn rebuild(
-    body: Block,
+    body: &Block,
     edit: &mut dyn FnMut(StatementId, Statement, Span, &mut Block),
 ) -> Block {
     rebuild_block(body, &mut Numbering::default(), edit)
 }
 
 fn rebuild_block(
-    block: Block,
+    block: &Block,
     numbering: &mut Numbering,
     edit: &mut dyn FnMut(StatementId, Statement, Span, &mut Block),
 ) -> Block {
     let mut rebuilt = Block::with_capacity(block.len());
-    for (statement, span) in block.span_into_iter() {
+    for (statement, &span) in block.span_iter() {
         let id = numbering.enter();
-        let mut inner = |block| rebuild_block(block, numbering, edit);
-        let statement = match statement {
-            Statement::Block(block) => Statement::Block(inner(block)),
-            Statement::If {
-                condition,
-                accept,
-                reject,
-            } => Statement::If {
-                condition,
-                accept: inner(accept),
-                reject: inner(reject),
-            },
-            Statement::Switch {
-                selector,
-                mut cases,
-            } => {
-                for case in &mut cases {
-                    case.body = inner(std::mem::take(&mut case.body));
-                }
-                Statement::Switch { selector, cases }
-            }
-            Statement::Loop {
-                body,
-                continuing,
-                break_if,
-            } => Statement::Loop {
-                body: inner(body),
-                continuing: inner(continuing),
-                break_if,
-            },
-            simple => simple,
-        };
+        let mut inner = |block: &Block| rebuild_block(block, numbering, edit);
+        let statement = super::visit::map_sub_blocks(statement, &mut inner);
         edit(id, statement, span, &mut rebuilt);
     }
     rebuilt

@@ -354,6 +354,61 @@ pub fn sub_blocks<'a>(statement: &'a Statement, visit: &mut dyn FnMut(&'a Block)
     }
 }
 
+/// A copy of a statement, with what `map` makes of each block directly inside it, in program order.
+pub fn map_sub_blocks(statement: &Statement, map: &mut dyn FnMut(&Block) -> Block) -> Statement {
+    match statement {
+        Statement::Block(block) => Statement::Block(map(block)),
+        Statement::If {
+            condition,
+            accept,
+            reject,
+        } => Statement::If {
+            condition: *condition,
+            accept: map(accept),
+            reject: map(reject),
+        },
+        Statement::Switch { selector, cases } => Statement::Switch {
+            selector: *selector,
+            cases: cases
+                .iter()
+                .map(|case| naga::SwitchCase {
+                    value: case.value,
+                    body: map(&case.body),
+                    fall_through: case.fall_through,
+                })
+                .collect(),
+        },
+        Statement::Loop {
+            body,
+            continuing,
+            break_if,
+        } => Statement::Loop {
+            body: map(body),
+            continuing: map(continuing),
+            break_if: *break_if,
+        },
+        simple @ (Statement::Emit(_)
+        | Statement::Break
+        | Statement::Continue
+        | Statement::Return { .. }
+        | Statement::Kill
+        | Statement::ControlBarrier(_)
+        | Statement::MemoryBarrier(_)
+        | Statement::Store { .. }
+        | Statement::ImageStore { .. }
+        | Statement::Atomic { .. }
+        | Statement::ImageAtomic { .. }
+        | Statement::WorkGroupUniformLoad { .. }
+        | Statement::Call { .. }
+        | Statement::RayQuery { .. }
+        | Statement::RayPipelineFunction(_)
+        | Statement::SubgroupBallot { .. }
+        | Statement::SubgroupGather { .. }
+        | Statement::SubgroupCollectiveOperation { .. }
+        | Statement::CooperativeStore { .. }) => simple.clone(),
+    }
+}
+
 /// Calls `visit` on every statement of `block` and of the blocks inside it, outer before inner, in program order.
 pub fn statements<'a>(block: &'a Block, visit: &mut dyn FnMut(&'a Statement)) {
     for statement in block {

@@ -292,7 +292,7 @@ impl<'s, 'm> Specialise<'s, 'm> {
 
     fn apply(&self, module: &mut Module, function: &mut Function, edits: &[(StatementId, Edit)]) {
         let body = std::mem::take(&mut function.body);
-        function.body = rebuild(body, &mut |id, mut statement, span, block| {
+        function.body = rebuild(&body, &mut |id, mut statement, span, block| {
             let first = edits.partition_point(|(at, _)| *at < id);
             let here: Vec<&Edit> = edits[first..]
                 .iter()

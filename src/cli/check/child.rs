@@ -5,6 +5,9 @@ use std::io::{Read, Write};
 use super::{Failure, Order, Source, Word, parse, status_of};
 use crate::check::{CheckError, Job, Report, check, gpu::Gpu};
 
+/// What the program calls itself by.
+pub(crate) const NAME: &str = "__check";
+
 /// Makes a check.
 pub(crate) fn run() -> Result<(), Failure> {
     let mut text = String::new();

@@ -8,7 +8,7 @@ use std::{
     time::Duration,
 };
 
-use super::{Failure, Order, Word, talk};
+use super::{Failure, Order, Word, child, talk};
 use crate::check::{Report, Verdict};
 
 /// Has a check made.
@@ -18,7 +18,7 @@ pub(super) fn check(order: &Order, limit: Duration) -> Result<Report, Failure> {
     };
     let program = std::env::current_exe().map_err(|error| outside(&error))?;
     let mut child = Command::new(program)
-        .arg("check-child")
+        .arg(child::NAME)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .spawn()

@@ -5,6 +5,7 @@ use std::sync::Mutex;
 use super::{Deblocker, Params, Set};
 use crate::{
     deblock::{Counters, DeblockError, Picture, Way, luma_pitch},
+    flat,
     home::Home,
     scope,
     slots::Slots,
@@ -231,20 +232,9 @@ impl Deblocker {
             Picture::Texture(format) => format,
             Picture::R32Uint(_) | Picture::Buffer(_) => wgpu::TextureFormat::R32Uint,
         };
-        let texture = device.create_texture(&wgpu::TextureDescriptor {
-            label: Some(&format!("{} scratch", self.label)),
-            size: wgpu::Extent3d {
-                width: size[0],
-                height: size[1],
-                depth_or_array_layers: 1,
-            },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format,
-            usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING,
-            view_formats: &[],
-        });
+        let label = format!("{} scratch", self.label);
+        let usage = wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING;
+        let texture = device.create_texture(&flat::texture(&label, size, format, usage));
         texture.create_view(&wgpu::TextureViewDescriptor::default())
     }
 

@@ -350,41 +350,9 @@ impl Split<'_> {
                 run.clear();
             }
             *next += 1;
-            let rebuilt = match statement {
-                Statement::Block(block) => {
-                    Statement::Block(self.skeleton(module, function, block, next))
-                }
-                Statement::If {
-                    condition,
-                    accept,
-                    reject,
-                } => Statement::If {
-                    condition: *condition,
-                    accept: self.skeleton(module, function, accept, next),
-                    reject: self.skeleton(module, function, reject, next),
-                },
-                Statement::Switch { selector, cases } => Statement::Switch {
-                    selector: *selector,
-                    cases: cases
-                        .iter()
-                        .map(|case| naga::SwitchCase {
-                            value: case.value,
-                            body: self.skeleton(module, function, &case.body, next),
-                            fall_through: case.fall_through,
-                        })
-                        .collect(),
-                },
-                Statement::Loop {
-                    body,
-                    continuing,
-                    break_if,
-                } => Statement::Loop {
-                    body: self.skeleton(module, function, body, next),
-                    continuing: self.skeleton(module, function, continuing, next),
-                    break_if: *break_if,
-                },
-                simple => simple.clone(),
-            };
+            let rebuilt = visit::map_sub_blocks(statement, &mut |block| {
+                self.skeleton(module, function, block, next)
+            });
             out.push(rebuilt, span);
             if let Some(region) = taken.take() {
                 let mut code = Code::new(&mut module.types, function, span);

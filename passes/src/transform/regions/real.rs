@@ -3,7 +3,7 @@
 use naga::{Block, Expression, Function, Handle, Module, Range, Span, Statement};
 
 use super::{Split, count};
-use crate::ir::build::Code;
+use crate::ir::{build::Code, visit};
 
 impl Split<'_> {
     /// Writes what the cooperative part needs of a statement.
@@ -34,39 +34,7 @@ impl Split<'_> {
             }
             rebuilt
         };
-        let rebuilt = match statement {
-            Statement::Block(block) => Statement::Block(inner(block)),
-            Statement::If {
-                condition,
-                accept,
-                reject,
-            } => Statement::If {
-                condition: *condition,
-                accept: inner(accept),
-                reject: inner(reject),
-            },
-            Statement::Switch { selector, cases } => Statement::Switch {
-                selector: *selector,
-                cases: cases
-                    .iter()
-                    .map(|case| naga::SwitchCase {
-                        value: case.value,
-                        body: inner(&case.body),
-                        fall_through: case.fall_through,
-                    })
-                    .collect(),
-            },
-            Statement::Loop {
-                body,
-                continuing,
-                break_if,
-            } => Statement::Loop {
-                body: inner(body),
-                continuing: inner(continuing),
-                break_if: *break_if,
-            },
-            simple => simple.clone(),
-        };
+        let rebuilt = visit::map_sub_blocks(statement, &mut inner);
         if !self.is_masked(number) {
             out.push(rebuilt, span);
             return;
