@@ -2,7 +2,7 @@
 //!
 //! `rewritten/*.wgsl` hold a shader, a line `// ---- becomes ----`, and the shader that it becomes; `refused/*.wgsl` hold a shader,
 //! a line `// ---- is refused ----`, and what the author is told. What every rewritten shader shares (the prelude) is left out
-//! of all but `rewritten/whole.wgsl`. A first line `// options: {..}` sets [`Options`]. `BLESS=1 cargo test -p vrcs-passes --test golden` writes the second halves anew.
+//! of all but `rewritten/whole.wgsl`. A first line `// options: {..}` sets [`Options`]. `VRCS_BLESS=1 cargo test -p vrcs-passes --test golden` writes the second halves anew.
 
 use std::path::{Path, PathBuf};
 
@@ -81,7 +81,7 @@ fn compare(folder: &str, line: &str, make: impl Fn(&str, &str) -> String) {
         if got.trim() == expected.trim() {
             continue;
         }
-        if std::env::var_os("BLESS").is_some() {
+        if std::env::var_os("VRCS_BLESS").is_some() {
             let blessed = format!("{before}\n\n{line}\n\n{}\n", got.trim());
             std::fs::write(&path, blessed).expect("a golden file is writable");
         } else {

@@ -1,7 +1,7 @@
 //! Shaders that others wrote and published: each compute entry point of a dozen crates is rewritten, or refused with a reason
 //! that somebody has read and found right.
 //!
-//! `TABLE.md` beside this file is what came of it; `BLESS=1` writes it anew. `DRIVERS.md` tells what a long run on drivers said. The text of the shaders is fetched, and never part of
+//! `TABLE.md` beside this file is what came of it; `VRCS_BLESS=1` writes it anew. `DRIVERS.md` tells what a long run on drivers said. The text of the shaders is fetched, and never part of
 //! this repository; where it cannot be, the tests are passed over. `VRCS_CORPUS=100` checks so many rewritten entry points on the
 //! driver, picked by the seed (all of them if there are no more); a few otherwise. `VRCS_CORPUS_ONLY=sky_view` picks from those whose
 //! crate, file or entry point is named so.
@@ -84,7 +84,7 @@ fn the_table_is_current_and_every_refusal_has_been_read() {
 
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/corpus/TABLE.md");
     let now = table::print(&rows);
-    if std::env::var_os("BLESS").is_some() {
+    if std::env::var_os("VRCS_BLESS").is_some() {
         std::fs::write(&path, &now).expect("the table is writable");
     }
     let known = std::fs::read_to_string(&path).unwrap_or_default();
@@ -94,7 +94,7 @@ fn the_table_is_current_and_every_refusal_has_been_read() {
         .collect();
     assert!(
         known == now,
-        "the table is not current (BLESS=1 writes it anew): {changed:#?}"
+        "the table is not current (VRCS_BLESS=1 writes it anew): {changed:#?}"
     );
 }
 

@@ -227,7 +227,7 @@ pub fn print(rows: &[Row]) -> String {
         .count();
     let mut text = format!(
         "# Published shaders\n\n\
-         Written by `BLESS=1 cargo test --test corpus`; the test fails where it is not current.\n\n\
+         Written by `VRCS_BLESS=1 cargo test --test corpus`; the test fails where it is not current.\n\n\
          - Rewritten, of the screen-space entry points (`screen.rs` has the rule), with the default options: {}.\n\
          - The same with what a user may choose (32 buffers of each kind a stage, one target `full`, `--atomics weight`): {}.\n\
          - Both again, with at most {MOST} entry points of a repository (picked by hash), so that none sets the result alone: {} and {}.\n\
