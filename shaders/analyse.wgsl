@@ -6,6 +6,9 @@
 // neighbours then put the words together that their bytes share. shaders/NOTES.md tells what that brought.
 
 #import vrcs::analyse::params::{params, largest, SPEEDS, FACTOR_ONE, here}
+#ifdef MATERIALS_BEFORE
+#import vrcs::analyse::params::before
+#endif
 #import vrcs::analyse::fixed::byte_of
 #import vrcs::analyse::pictures
 #import vrcs::analyse::source
@@ -76,11 +79,26 @@ fn flags_at(quad: vec2<u32>) -> u32 {
 }
 #endif
 
+#ifdef PAST
+// The pixel of the previous picture that a pixel shows.
+fn past_of(p: vec2<u32>) -> vec2<u32> {
+#ifdef REPROJECTION
+    return source::moved_source(p).xy;
+#else
+    return source::still_source(p);
+#endif
+}
+#endif
+
 #ifdef MATERIALS
 fn shine_at(quad: vec2<u32>) -> u32 {
     var shine = 0u;
     for (var i = 0u; i < 4u; i++) {
+#ifdef MATERIALS_BEFORE
+        let surface = textureLoad(materials, before(past_of(own(quad, i))), 0).xy;
+#else
         let surface = textureLoad(materials, here(own(quad, i)), 0).xy;
+#endif
         shine = max(shine, byte_of(surface.x) * byte_of(surface.y));
     }
     return shine;
@@ -100,11 +118,7 @@ fn noise_at(quad: vec2<u32>) -> u32 {
 #ifdef PREVIOUS_RATES
 // The code of the rate that a quad's source had; full rate if it is none.
 fn previous_at(quad: vec2<u32>) -> u32 {
-#ifdef REPROJECTION
-    let past = source::moved_source(own(quad, 0u)).xy >> vec2<u32>(1u);
-#else
-    let past = source::still_source(own(quad, 0u)) >> vec2<u32>(1u);
-#endif
+    let past = past_of(own(quad, 0u)) >> vec2<u32>(1u);
     let word = rates_before[past.y * params.previous_pitch + (past.x >> 2u)];
     let had = extractBits(word, (past.x & 3u) * 8u, 8u);
     return select(0u, had, had <= 10u && ((0x673u >> (had & 31u)) & 1u) != 0u);

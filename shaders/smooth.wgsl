@@ -1,4 +1,4 @@
-// Limits between neighbouring quads: an invocation makes one word, four quads. Its CPU twin is src/analyse/smoothing.rs.
+// Limits between neighbouring quads, or tiles: an invocation makes one word, four quads. Its CPU twin is src/analyse/smoothing.rs.
 
 struct Params {
     // Quads across and down.
@@ -7,6 +7,8 @@ struct Params {
     pitch: u32,
     // Whether reasons are those of these rates.
     has_reasons: u32,
+    // Log2 of the quads on a side of what has one rate: 0, or that of tiles, whose neighbours are tiles.
+    step: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: Params;
@@ -30,10 +32,13 @@ fn smoothed(quad: vec2<u32>) -> u32 {
     var least = own;
     var sum = vec2<u32>(0u);
     var count = 0u;
+    let step = vec2<u32>(params.step);
+    let tile = quad >> step;
     for (var i = 0u; i < 9u; i++) {
         // beyond the left or upper border the difference wraps, and is outside as well
-        let at = quad + vec2<u32>(i % 3u, i / 3u) - 1u;
-        if all(at < params.size) {
+        let near = tile + vec2<u32>(i % 3u, i / 3u) - 1u;
+        let at = near << step;
+        if all(near < params.size) && all(at < params.size) {
             let logs = logs_at(at);
             least = min(least, logs);
             sum += min(logs, own);

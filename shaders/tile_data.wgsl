@@ -1,79 +1,62 @@
-// What a tile of 16x16 pixels of the previous picture looks like (GDC 2019, pass 1): the mean of its quads' windows. A workgroup makes a
-// tile, an invocation a quad. Its CPU twin is src/analyse/tiles.rs.
+// What a tile of 16x16 pixels of the previous picture tells (GDC 2019, pass 1): the error and luma of its own pixels, and the shiniest of
+// its surfaces. A workgroup makes four tiles. Its CPU twin is src/analyse/tiles.rs.
 
-#import vrcs::analyse::params::params
-#import vrcs::analyse::fixed::BAD
+#import vrcs::analyse::params::{params, before}
+#import vrcs::analyse::fixed::{byte_of, BAD}
 #import vrcs::analyse::pictures
+#import vrcs::analyse::areas
 
-// For each tile: errors across and down, the sum of lumas, and whether a pixel has none.
+#ifdef MATERIALS_BEFORE
+@group(0) @binding(11) var materials: texture_2d<f32>;
+#endif
+// For each tile: errors across and down, sixteen times the mean luma; the most smoothness * Rf0, and in bit 31 whether any of it is unknown.
 @group(0) @binding(19) var<storage, read_write> tile_data: array<vec4<u32>>;
 
-var<workgroup> sums: array<atomic<u32>, 4>;
+// The last of a tile's words.
+var<workgroup> lasts: array<atomic<u32>, areas::COUNT * 2u>;
 
-fn joined(sum: u32, a: u32, b: u32) -> u32 {
-    let d = max(a, b) - min(a, b);
-#ifdef NORM_LINF
-    return max(sum, d);
-#else
-#ifdef MEAN
-    return sum + d;
-#else
-    return sum + d * d;
-#endif
-#endif
-}
-
-@compute @workgroup_size(8, 8)
-fn tile_data_of(
-    @builtin(workgroup_id) tile: vec3<u32>,
-    @builtin(local_invocation_id) local: vec3<u32>,
-    @builtin(local_invocation_index) index: u32,
-) {
+@compute @workgroup_size(256)
+fn tile_data_of(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) index: u32) {
+    let origin = group.xy * areas::REGION;
+    let room = min(params.previous - origin, vec2<u32>(areas::REGION));
+    let quad = vec2<u32>(index & 15u, index >> 4u);
+    let tile = areas::tile_of(quad);
 #ifdef CODES
-    pictures::share_codes(index, 64u);
+    pictures::share_codes(index, areas::INVOCATIONS);
 #endif
-    if index < 4u {
-        atomicStore(&sums[index], 0u);
+    areas::clear(index);
+    if index < areas::COUNT * 2u {
+        atomicStore(&lasts[index], 0u);
     }
     workgroupBarrier();
-    let quads = (params.previous + 1u) / 2u;
-    let room = min(quads - tile.xy * 8u, vec2<u32>(8u));
-    let count = room.x * room.y;
-    if all(local.xy < room) {
-        let corner = vec2<i32>((tile.xy * 8u + local.xy) * 2u) - 1;
-        let last = vec2<i32>(params.previous) - 1;
-        var lumas: array<u32, 16>;
-        var is_lost = 0u;
-        var light = 0u;
-        for (var i = 0u; i < 16u; i++) {
-            let p = clamp(corner + vec2<i32>(vec2<u32>(i & 3u, i >> 2u)), vec2<i32>(0), last);
-            let value = pictures::before_at(vec2<u32>(p)).w;
-            is_lost |= select(0u, 1u, value == BAD);
-            lumas[i] = value & 0x7fffu;
-            light += lumas[i];
-        }
-        var errors = vec2<u32>(0u);
-        for (var i = 0u; i < 12u; i++) {
-            // pairs across start in the columns 0 to 2, pairs down in the rows 0 to 2
-            let at = i / 3u * 4u + i % 3u;
-            errors.x = joined(errors.x, lumas[at], lumas[at + 1u]);
-            errors.y = joined(errors.y, lumas[i], lumas[i + 4u]);
-        }
-#ifdef NORM_LINF
-        atomicMax(&sums[0], errors.x);
-        atomicMax(&sums[1], errors.y);
-#else
-        // each rounds up, and so does their mean
-        atomicAdd(&sums[0], (errors.x + count - 1u) / count);
-        atomicAdd(&sums[1], (errors.y + count - 1u) / count);
+    for (var i = 0u; i < 4u; i++) {
+        let p = quad * 2u + vec2<u32>(i & 1u, i >> 1u);
+        if all(p < room) {
+            let value = pictures::before_at(origin + p);
+            areas::keep(p, value);
+            if value.w == BAD {
+                atomicOr(&lasts[tile * 2u], 0x80000000u);
+            }
+#ifdef MATERIALS_BEFORE
+            let surface = textureLoad(materials, before(origin + p), 0).xy;
+            atomicMax(&lasts[tile * 2u + 1u], byte_of(surface.x) * byte_of(surface.y));
 #endif
-        atomicAdd(&sums[2], light / count);
-        atomicOr(&sums[3], is_lost);
+        }
     }
     workgroupBarrier();
-    if index == 0u {
-        let across = (params.previous.x + 15u) / 16u;
-        tile_data[tile.y * across + tile.x] =
-            vec4<u32>(atomicLoad(&sums[0]), atomicLoad(&sums[1]), atomicLoad(&sums[2]), atomicLoad(&sums[3]));
+    areas::gather(quad, room, 0u);
+    workgroupBarrier();
+    let corner = vec2<u32>(index % areas::ACROSS, index / areas::ACROSS) * areas::SIDE;
+    if index >= areas::COUNT || any(corner >= room) {
+        return;
     }
+    let area = areas::area_of(index, min(room - corner, vec2<u32>(areas::SIDE)), 0u);
+    // an axis without a pair tells nothing, but of a picture that is one pixel wide
+    let counted = atomicLoad(&areas::counts[index]);
+    let is_unseen = any((vec2<u32>(counted & 0xffffu, counted >> 16u) == vec2<u32>(0u)) & (params.previous > vec2<u32>(1u)));
+    let unknown = select(0u, 0x80000000u, is_unseen) | atomicLoad(&lasts[index * 2u]);
+    let at = (origin + corner) / areas::SIDE;
+    let across = (params.previous.x + areas::SIDE - 1u) / areas::SIDE;
+    tile_data[at.y * across + at.x] =
+        vec4<u32>(area.error, area.light, unknown | atomicLoad(&lasts[index * 2u + 1u]));
 }

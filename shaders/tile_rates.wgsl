@@ -2,7 +2,7 @@
 // there between four of them, and motion and the shiniest of its surfaces scale what they say. A workgroup makes a tile. Its CPU twin is src/analyse/tiles.rs.
 
 #import vrcs::analyse::params::{params, largest, SPEEDS, here, before}
-#ifdef MATERIALS
+#ifdef MATERIALS_NOW
 #import vrcs::analyse::fixed::byte_of
 #endif
 #import vrcs::depth::high_product
@@ -21,7 +21,7 @@
 #ifdef REASONS
 @group(0) @binding(6) var<storage, read_write> reasons: array<u32>;
 #endif
-#ifdef MATERIALS
+#ifdef MATERIALS_NOW
 @group(0) @binding(11) var materials: texture_2d<f32>;
 #endif
 @group(0) @binding(19) var<storage, read_write> tile_data: array<vec4<u32>>;
@@ -33,6 +33,7 @@ const REASON_INVALID: u32 = 3u;
 const REASON_OFF_SCREEN: u32 = 4u;
 const REASON_DISOCCLUDED: u32 = 5u;
 const REASON_MATERIAL: u32 = 6u;
+const REASON_MOTION: u32 = 10u;
 const REASON_NO_MOTION: u32 = 12u;
 
 // The bits of the furthest depth. Bits of what is not negative are in its order.
@@ -41,7 +42,7 @@ var<workgroup> is_lost: atomic<u32>;
 // Whether a pixel was off the screen, or hidden.
 var<workgroup> is_outside: atomic<u32>;
 var<workgroup> is_hidden: atomic<u32>;
-#ifdef MATERIALS
+#ifdef MATERIALS_NOW
 // The most smoothness * Rf0.
 var<workgroup> shine: atomic<u32>;
 #endif
@@ -100,7 +101,8 @@ fn decide(low: vec2<u32>, high: vec2<u32>) -> vec3<u32> {
     if atomicLoad(&is_hidden) != 0u {
         return full(REASON_DISOCCLUDED);
     }
-    let middle = (low + high) * 128u;
+    // of the whole tile, also where the picture ends before: at rest a tile has its own data alone
+    let middle = low * 256u + 2048u;
     let position = shift
         + vec2<i32>(i32(high_product(middle.x << 8u, params.ratio.x)), i32(high_product(middle.y << 8u, params.ratio.y)));
     // between the middles of four tiles
@@ -110,25 +112,32 @@ fn decide(low: vec2<u32>, high: vec2<u32>) -> vec3<u32> {
     let part = vec2<u32>(at & vec2<i32>(4095)) >> vec2<u32>(4u);
     var errors = vec2<u32>(0u);
     var light = 0u;
+    var dull = 0u;
     for (var i = 0u; i < 4u; i++) {
         let step = vec2<u32>(i & 1u, i >> 1u);
         let sides = select(256u - part, part, step == vec2<u32>(1u));
         let weight = sides.x * sides.y;
         let tile = clamp(first + vec2<i32>(step), vec2<i32>(0), tiles - 1);
         let data = tile_data[u32(tile.y * tiles.x + tile.x)];
-        if weight != 0u && data.w != 0u {
+        if weight != 0u && (data.w >> 31u) != 0u {
             return full(REASON_INVALID);
         }
         errors += share_above(data.xy, weight);
         // rounded down: to a lower threshold
         light += (data.z * (weight >> 4u)) >> 12u;
+        // rounded up: to a shinier surface
+        dull += share_above(vec2<u32>(data.w & 0x7fffffffu), weight).x;
     }
     let fast = speeds_of(magnitudes(moved));
     let speed = Logs(vec4<u32>(fast.x), vec4<u32>(fast.y));
     let sums = Sums(vec4<u32>(errors.x), vec4<u32>(errors.y), vec4<u32>(light));
     let none = vec4<u32>(0u);
 #ifdef MATERIALS
+#ifdef MATERIALS_NOW
     let most = atomicLoad(&shine);
+#else
+    let most = dull;
+#endif
     if most >= params.material_mirror {
         return full(REASON_MATERIAL);
     }
@@ -139,7 +148,12 @@ fn decide(low: vec2<u32>, high: vec2<u32>) -> vec3<u32> {
 #endif
     let logs = legal(logs_of(sums, speed, limits, limits));
     var rate = vec2<u32>(logs.across.x, logs.down.x);
-    let reason = select(REASON_CONTENT, 0u, all(rate == largest()));
+#ifdef MOTION_ONLY
+    let why = REASON_MOTION;
+#else
+    let why = REASON_CONTENT;
+#endif
+    let reason = select(why, 0u, all(rate == largest()));
     if all(rate == vec2<u32>(2u)) && params.largest != 10u {
         rate = select(vec2<u32>(1u, 2u), vec2<u32>(2u, 1u), errors.x >> 2u <= errors.y >> 2u);
     }
@@ -155,7 +169,7 @@ fn tile_rates(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation
         atomicStore(&is_lost, 0u);
         atomicStore(&is_outside, 0u);
         atomicStore(&is_hidden, 0u);
-#ifdef MATERIALS
+#ifdef MATERIALS_NOW
         atomicStore(&shine, 0u);
 #endif
     }
@@ -172,7 +186,7 @@ fn tile_rates(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation
             } else {
                 atomicMax(&furthest, value);
             }
-#ifdef MATERIALS
+#ifdef MATERIALS_NOW
             let surface = textureLoad(materials, here(p), 0).xy;
             atomicMax(&shine, byte_of(surface.x) * byte_of(surface.y));
 #endif

@@ -49,6 +49,7 @@ const MODULES: &[Source] = &[
     shader!("analyse/cells.wgsl"),
     shader!("analyse/sums.wgsl"),
     shader!("analyse/rates.wgsl"),
+    shader!("analyse/areas.wgsl"),
     shader!("deblock/params.wgsl"),
     shader!("deblock/picture.wgsl"),
     shader!("deblock/groups.wgsl"),

@@ -10,7 +10,9 @@ use crate::analyse::{
     integer::count,
     own::OwnRates,
     params::has_fixed_limits,
-    settings::{Blur, Difference, Form, Norm, Pairs, Settings, Smoothing, Stability, Weights},
+    settings::{
+        Blur, Difference, Form, Granularity, Norm, Pairs, Settings, Smoothing, Stability, Weights,
+    },
     tiles::SIDE,
 };
 
@@ -41,7 +43,7 @@ pub struct Scene {
     pub cameras: bool,
     /// The previous frame's rates.
     pub previous_rates: bool,
-    /// Smoothness and Rf0.
+    /// Smoothness and Rf0, of the frame that [`Materials::of`](crate::analyse::settings::Materials::of) says.
     pub materials: bool,
     /// A mask of where noise is.
     pub noise: bool,
@@ -51,7 +53,7 @@ pub struct Scene {
     pub flags: bool,
     /// Widths of a later blur.
     pub blur: bool,
-    /// Whether rates for a hardware attachment are wanted.
+    /// Whether rates for a hardware attachment are wanted: of the tiles of [`Settings::attachment`].
     pub attachment: bool,
     /// Whether rates without the extra half rate are wanted as well, for passes that add no noise.
     pub plain_rates: bool,
@@ -187,6 +189,9 @@ impl Binding {
         }
     }
 }
+
+/// The pixels that a workgroup of the kernels of tiles makes.
+pub(crate) const REGION: [u32; 2] = [32; 2];
 
 /// Storage buffers that wgpu's default limits let a stage bind, `max_storage_buffers_per_shader_stage`.
 pub const MOST_STORAGE_BUFFERS: u32 = 8;
@@ -357,7 +362,7 @@ impl Plan {
             .filter(|binding| match binding {
                 Binding::Params | Binding::Tables | Binding::Rates | Binding::Colour => true,
                 Binding::After => has("TRANSPARENTS"),
-                Binding::Attachment => has("ATTACHMENT"),
+                Binding::Attachment => scene.attachment,
                 Binding::Reasons => has("REASONS"),
                 Binding::Motion => has("VECTORS"),
                 Binding::Depth => has("DEPTH") || has("CAMERA") || has("LENS"),
@@ -375,10 +380,10 @@ impl Plan {
             })
             .collect();
         let mut passes = vec![PlannedPass {
-            kernel: if is_by_tiles {
-                "tile_rates.wgsl"
-            } else {
-                "analyse.wgsl"
+            kernel: match (is_by_tiles, settings.granularity) {
+                (true, _) => "tile_rates.wgsl",
+                (false, Granularity::Quad) => "analyse.wgsl",
+                (false, _) => "tiles.wgsl",
             },
             bindings: bindings.len(),
             effects,
@@ -388,6 +393,14 @@ impl Plan {
             let mut data = passes[0].clone();
             data.kernel = "tile_data.wgsl";
             passes.insert(0, data);
+        }
+        if has_attachment_of_its_own(scene, settings) {
+            // by tiles beside quads; the same group
+            passes.push(PlannedPass {
+                kernel: "tiles.wgsl",
+                bindings: bindings.len(),
+                effects: effects_of_attachment(&passes[0].effects),
+            });
         }
         if passes[0].effects.contains(&"WRITE_LUMA") {
             let mut luma = passes[0].clone();
@@ -438,6 +451,11 @@ impl Plan {
         Ok(plan)
     }
 
+    /// Whether the attachment is made by a pass of its own.
+    pub(crate) fn has_attachment_of_its_own(&self) -> bool {
+        has_attachment_of_its_own(&self.scene, &self.settings)
+    }
+
     /// The pass of a kernel.
     pub(crate) fn pass(&self, kernel: &str) -> Option<&PlannedPass> {
         self.passes.iter().find(|pass| pass.kernel == kernel)
@@ -462,7 +480,21 @@ impl Plan {
 
     /// The definitions of the first kernel.
     pub(crate) fn defs(&self) -> Vec<(&'static str, u32)> {
-        let effects = &self.passes[0].effects;
+        let side = self.settings.granularity_of_rates();
+        self.defs_with(&self.passes[0].effects, side)
+    }
+
+    /// The definitions of the kernel that makes the attachment alone.
+    pub(crate) fn defs_of_attachment(&self) -> Vec<(&'static str, u32)> {
+        let effects = effects_of_attachment(&self.passes[0].effects);
+        self.defs_with(&effects, self.settings.granularity_of_attachment())
+    }
+
+    fn defs_with(
+        &self,
+        effects: &[&'static str],
+        granularity: Granularity,
+    ) -> Vec<(&'static str, u32)> {
         let mut defs: Vec<(&'static str, u32)> = effects.iter().map(|&name| (name, 1)).collect();
         let content = &self.settings.content;
         let has = |name: &str| effects.contains(&name);
@@ -495,13 +527,24 @@ impl Plan {
             ("BLURRED", has("BLUR") || has("LENS")),
             ("FIXED_LIMITS", has_fixed_limits(&self.settings)),
             ("SQUARED", matches!(content.norm, Norm::L2 | Norm::Root)),
+            // where a pixel was is asked for beside its colour
+            ("PAST", has("PREVIOUS_RATES") || has("MATERIALS_BEFORE")),
         ];
         defs.extend(derived.iter().filter(|d| d.1).map(|&(name, _)| (name, 1)));
         defs.push(("PAIRS", count(content.pairs)));
-        let [width, height] = self.tile();
+        let [width, height] = match granularity {
+            Granularity::Quad => self.tile(),
+            // not their memory
+            _ => [4; 2],
+        };
         defs.push(("TILE_WIDTH", width));
         defs.push(("TILE_HEIGHT", height));
         defs.push(("PLANES", self.planes()));
+        if granularity.is_tile() {
+            defs.push(("SIDE", granularity.side()));
+            let has_two = has("TRANSPARENTS");
+            defs.push(("PICTURES", 1 + u32::from(has_two)));
+        }
         defs
     }
 
@@ -516,6 +559,9 @@ impl Plan {
     pub(crate) fn tile(&self) -> [u32; 2] {
         if self.settings.is_by_tiles() {
             return [SIDE; 2];
+        }
+        if self.settings.granularity.is_tile() {
+            return REGION;
         }
         let height = match self.planes() {
             1 | 2 => 16,
@@ -540,6 +586,21 @@ impl Plan {
         let later: Vec<&str> = self.later.iter().map(|binding| binding.name()).collect();
         serde_json::json!({ "passes": passes, "bindings": bindings, "later": later })
     }
+}
+
+/// Whether the attachment's rates are of tiles and the others of quads.
+fn has_attachment_of_its_own(scene: &Scene, settings: &Settings) -> bool {
+    scene.attachment
+        && settings.granularity_of_rates() == Granularity::Quad
+        && settings.attachment.is_tile()
+}
+
+/// What is compiled into the kernel that makes the attachment alone, given what is compiled into the first: no extra half rate, and none
+/// of the other outputs.
+fn effects_of_attachment(first: &[&'static str]) -> Vec<&'static str> {
+    let others = ["HALF_RATE", "NOISE", "PLAIN", "REASONS", "WRITE_LUMA"];
+    let kept = first.iter().copied().filter(|name| !others.contains(name));
+    kept.chain(["ATTACHMENT", "ATTACHMENT_ALONE"]).collect()
 }
 
 /// The pass of the application's own rates, and what it binds.
@@ -598,6 +659,13 @@ fn effects(scene: &Scene, settings: &Settings) -> Vec<&'static str> {
         ("REPROJECTION", settings.reprojection.is_some()),
         ("DEPTH", settings.tests_depth() && scene.depth),
         ("MATERIALS", settings.materials.is_some()),
+        ("MATERIALS_BEFORE", settings.has_materials_before()),
+        (
+            "MATERIALS_NOW",
+            settings.materials.is_some()
+                && settings.is_by_tiles()
+                && !settings.has_materials_before(),
+        ),
         ("PREVIOUS_RATES", settings.stability != Stability::None),
         ("HALF_RATE", settings.half_rate.is_some() && !motion_only),
         (
@@ -608,7 +676,10 @@ fn effects(scene: &Scene, settings: &Settings) -> Vec<&'static str> {
         ("FOVEATION", settings.foveation.is_some()),
         ("SAFE_AREA", settings.safe_area.is_some()),
         ("FLAGS", scene.flags && !settings.is_by_tiles()),
-        ("ATTACHMENT", scene.attachment),
+        (
+            "ATTACHMENT",
+            scene.attachment && !has_attachment_of_its_own(scene, settings),
+        ),
         ("BLUR", settings.later_blur),
         ("LENS", settings.lens.is_some()),
         ("PLAIN", scene.plain_rates),

@@ -42,6 +42,18 @@ fn safety_at(quad: vec2<u32>) -> u32 {
 }
 #endif
 
+#ifdef MATERIALS
+// What of a tolerance is left to smooth metal in slow motion.
+fn calmed(tolerance: vec4<u32>, places: Places) -> vec4<u32> {
+    let speed = max(places.speed.across, places.speed.down);
+    let most = (FACTOR_ONE - params.material_least) * (places.shine >> vec4<u32>(4u)) / 4064u;
+    // where the speed is high enough there is nothing to subtract
+    let still = params.material_slow - min(speed, vec4<u32>(params.material_slow));
+    let slow = most * still / max(params.material_slow, 1u);
+    return scaled(tolerance, FACTOR_ONE - min(slow, vec4<u32>(FACTOR_ONE)));
+}
+#endif
+
 // The tolerance of quads, the first of which is given.
 fn tolerances(quad: vec2<u32>, places: Places) -> vec4<u32> {
     let right = vec2<u32>(1u, 0u);
@@ -56,12 +68,7 @@ fn tolerances(quad: vec2<u32>, places: Places) -> vec4<u32> {
         falloff_at(quad), falloff_at(quad + right), falloff_at(quad + under), falloff_at(quad + 1u)));
 #endif
 #ifdef MATERIALS
-    let speed = max(places.speed.across, places.speed.down);
-    let most = (FACTOR_ONE - params.material_least) * (places.shine >> vec4<u32>(4u)) / 4064u;
-    // where the speed is high enough there is nothing to subtract
-    let still = params.material_slow - min(speed, vec4<u32>(params.material_slow));
-    let slow = most * still / max(params.material_slow, 1u);
-    tolerance = scaled(tolerance, FACTOR_ONE - min(slow, vec4<u32>(FACTOR_ONE)));
+    tolerance = calmed(tolerance, places);
 #endif
     return tolerance;
 }

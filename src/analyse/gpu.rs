@@ -15,14 +15,13 @@ use super::{
     optics::Optics,
     params::{self, Params},
     resources::{self, Room, given},
-    settings::Smoothing,
-    tiles,
+    settings::{Granularity, Smoothing},
 };
 use crate::{
     kernel::{self, shader},
     limits::LimitError,
     object::ObjectOptions,
-    plan::{Binding, ColourForm, Plan},
+    plan::{Binding, ColourForm, Plan, REGION},
     scope,
     sri::SriLayout,
 };
@@ -34,7 +33,10 @@ pub struct Analysis {
     label: String,
     layout: wgpu::BindGroupLayout,
     pipeline: wgpu::ComputePipeline,
+    /// What the previous picture's tiles tell.
     tiles: Option<wgpu::ComputePipeline>,
+    /// The attachment, where it is of tiles and the rates of quads.
+    attachment: Option<wgpu::ComputePipeline>,
     luma: Option<wgpu::ComputePipeline>,
     smoothing: Option<SmoothKernel>,
     after: After,
@@ -54,8 +56,8 @@ pub struct BoundAnalysis {
     optics: Option<wgpu::Buffer>,
     group: wgpu::BindGroup,
     smooth: Vec<wgpu::BindGroup>,
-    /// One for each of `smooth`, and whether reasons are those of its rates.
-    smooth_params: Vec<(wgpu::Buffer, bool)>,
+    /// One for each of `smooth`, and of which rates.
+    smooth_params: Vec<(wgpu::Buffer, Binding)>,
     after: BoundAfter,
     rooms: Vec<(Binding, Room)>,
     /// The frame whose parameters are there.
@@ -68,6 +70,8 @@ struct SmoothParams {
     size: [u32; 2],
     pitch: u32,
     has_reasons: u32,
+    step: u32,
+    room: [u32; 3],
 }
 
 pub(super) fn kind(binding: Binding, colour: ColourForm) -> wgpu::BindingType {
@@ -199,10 +203,18 @@ impl Analysis {
         Ok(Analysis {
             label: objects.name("analyse"),
             tiles: when(is_by_tiles, shader!("tile_data.wgsl"), "tile_data_of")?,
-            pipeline: match is_by_tiles {
-                true => made(shader!("tile_rates.wgsl"), "tile_rates"),
-                false => made(shader!("analyse.wgsl"), "analyse"),
+            pipeline: match (is_by_tiles, plan.settings.granularity) {
+                (true, _) => made(shader!("tile_rates.wgsl"), "tile_rates"),
+                (false, Granularity::Quad) => made(shader!("analyse.wgsl"), "analyse"),
+                (false, _) => made(shader!("tiles.wgsl"), "tiles"),
             }?,
+            attachment: plan
+                .has_attachment_of_its_own()
+                .then(|| {
+                    let (source, defs) = (shader!("tiles.wgsl"), plan.defs_of_attachment());
+                    pipeline_of(device, &layout, source, &defs, "tiles", objects)
+                })
+                .transpose()?,
             luma: when(writes_luma, shader!("write_luma.wgsl"), "write_luma")?,
             smoothing: match plan.settings.smoothing {
                 Smoothing::None => None,
@@ -223,6 +235,7 @@ impl Analysis {
         };
         let is_alike = alike == *plan
             && self.plan.defs() == plan.defs()
+            && self.plan.defs_of_attachment() == plan.defs_of_attachment()
             && self.plan.settings.smoothing == plan.settings.smoothing;
         is_alike.then(|| Analysis {
             plan: plan.clone(),
@@ -234,6 +247,7 @@ impl Analysis {
     pub fn pipeline_count(&self) -> usize {
         let optional = [
             self.tiles.is_some(),
+            self.attachment.is_some(),
             self.luma.is_some(),
             self.smoothing.is_some(),
         ];
@@ -321,7 +335,8 @@ impl Analysis {
         let mut smooth = Vec::new();
         if let Some(kernel) = &self.smoothing {
             for (binding, from) in &raw {
-                let params = buffer(16, wgpu::BufferUsages::UNIFORM);
+                let bytes = size_of::<SmoothParams>() as u64;
+                let params = buffer(bytes, wgpu::BufferUsages::UNIFORM);
                 let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
                 let mut entries = vec![
                     entry(0, params.as_entire_binding()),
@@ -336,7 +351,7 @@ impl Analysis {
                     layout: &kernel.layout,
                     entries: &entries,
                 }));
-                smooth_params.push((params, *binding == Binding::Rates));
+                smooth_params.push((params, *binding));
             }
         }
         Ok(BoundAnalysis {
@@ -373,7 +388,7 @@ impl Analysis {
         {
             return Err(FrameError::NoOrigin(origin));
         }
-        resources::check(&bound.rooms, frame)?;
+        resources::check(&self.plan, &bound.rooms, frame)?;
         let before = set.replace(*frame);
         if let Some(buffer) = &bound.optics {
             let optics = Optics::new(&self.plan.settings, frame);
@@ -409,12 +424,18 @@ impl Analysis {
             let tables = params::tables(settings, is_sqrt_luma, frame.resolution_scale);
             queue.write_buffer(&bound.tables, 0, bytemuck::cast_slice(&tables));
         }
-        for (buffer, is_rates) in &bound.smooth_params {
+        for (buffer, binding) in &bound.smooth_params {
             let layout = SriLayout::new(frame.size[0], frame.size[1]);
+            let granularity = match binding {
+                Binding::Attachment => settings.granularity_of_attachment(),
+                _ => settings.granularity_of_rates(),
+            };
             let smooth = SmoothParams {
                 size: [layout.width, layout.height],
                 pitch: layout.pitch / 4,
-                has_reasons: u32::from(*is_rates),
+                has_reasons: u32::from(*binding == Binding::Rates),
+                step: granularity.side().ilog2() - 1,
+                room: [0; 3],
             };
             queue.write_buffer(buffer, 0, bytemuck::bytes_of(&smooth));
         }
@@ -428,12 +449,16 @@ impl Analysis {
         pass.push_debug_group(&self.label);
         pass.set_bind_group(0, &bound.group, &[]);
         if let Some(data) = &self.tiles {
-            let [across, down] = frame.previous_size.map(|side| side.div_ceil(tiles::SIDE));
+            let [width, height] = frame.previous_size;
             pass.set_pipeline(data);
-            pass.dispatch_workgroups(across, down, 1);
+            pass.dispatch_workgroups(width.div_ceil(REGION[0]), height.div_ceil(REGION[1]), 1);
         }
         pass.set_pipeline(&self.pipeline);
         pass.dispatch_workgroups(size[0].div_ceil(width), size[1].div_ceil(height), 1);
+        if let Some(attachment) = &self.attachment {
+            pass.set_pipeline(attachment);
+            pass.dispatch_workgroups(size[0].div_ceil(REGION[0]), size[1].div_ceil(REGION[1]), 1);
+        }
         if let Some(luma) = &self.luma {
             let [width, height] = frame.previous_size;
             pass.set_pipeline(luma);

@@ -1,6 +1,6 @@
 //! What the analysis is given and what it gives, in memory.
 
-use super::optics::Cameras;
+use super::{optics::Cameras, settings::Settings};
 use crate::sri::Sri;
 
 /// A picture's colour, row by row.
@@ -118,8 +118,8 @@ pub struct Inputs<'a> {
     pub previous_depth: Option<&'a [f32]>,
     /// The previous frame's rates.
     pub previous_rates: Option<&'a Sri>,
-    /// Smoothness and Rf0 of this frame's surfaces, 255 for 1. (GDC's pass 1 has those of the last frame's G-buffer and fetches them along
-    /// motion with the rest; a renderer that has no others at this point moves them itself, or gives them where nothing moves much.)
+    /// Smoothness and Rf0 of surfaces, 255 for 1: of this frame's, or of the previous frame's, as
+    /// [`Materials::of`](super::settings::Materials::of) says.
     pub materials: Option<&'a [[u8; 2]]>,
     /// Where noise is, 255 for most.
     pub noise: Option<&'a [u8]>,
@@ -169,11 +169,16 @@ impl<'a> Inputs<'a> {
         }
     }
 
-    /// Whether every input has its size.
+    /// Whether every input has its size; materials, that of this frame.
     ///
     /// # Errors
     /// The first that has not.
     pub fn check(&self) -> Result<(), WrongInput> {
+        self.check_for(&Settings::default())
+    }
+
+    /// The same under settings, which say of which frame materials are.
+    pub(crate) fn check_for(&self, settings: &Settings) -> Result<(), WrongInput> {
         let count = |[w, h]: [u32; 2]| w as usize * h as usize;
         let (now, before) = (count(self.size), count(self.previous_size));
         let found = [
@@ -191,7 +196,14 @@ impl<'a> Inputs<'a> {
                 self.previous_depth.map(<[_]>::len),
                 before,
             ),
-            ("materials", self.materials.map(<[_]>::len), now),
+            (
+                "materials",
+                self.materials.map(<[_]>::len),
+                match settings.has_materials_before() {
+                    true => before,
+                    false => now,
+                },
+            ),
             ("noise", self.noise.map(<[_]>::len), now),
             ("ids", self.ids.map(<[_]>::len), now),
             ("flags", self.flags.map(<[_]>::len), now),

@@ -5,8 +5,9 @@
 use super::{
     fixed::{self, FACTOR_ONE, Mag, ONE},
     inputs::{Colour, Inputs, Output, WrongInput},
+    decide::Place,
     params::{self, Params, TABLE_FALLOFF, TABLE_SPEEDS},
-    pipeline::{self, Numbers, Place},
+    pipeline,
     settings::{Difference, Form, Norm, Pairs, Settings},
 };
 
@@ -15,10 +16,10 @@ use super::{
 /// # Errors
 /// If inputs have the wrong size or are missing.
 pub fn analyse(inputs: &Inputs, settings: &Settings) -> Result<Output, WrongInput> {
-    inputs.check()?;
+    pipeline::check(inputs, settings)?;
     let params = Params::new(settings, &inputs.frame());
     let numbers = Integers::new(inputs, settings, &params);
-    pipeline::run(&numbers, inputs, settings, &params)
+    Ok(pipeline::run(&numbers, inputs, settings, &params))
 }
 
 /// A pixel: its luma and channels.
@@ -28,17 +29,28 @@ struct Pixel {
     channels: [u32; 3],
 }
 
-struct Integers<'a> {
+/// The arithmetic of the deterministic path.
+pub(super) struct Integers<'a> {
     settings: &'a Settings,
     params: &'a Params,
     tables: Vec<u32>,
     pictures: [Vec<Option<Pixel>>; 2],
 }
 
-/// The sums of a window.
-struct Window {
+/// What the pixels of a quad's window, or of a tile, sum to: in units of a window's pairs and of its sixteen lumas.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Window {
     errors: [u32; 2],
     luma: u32,
+    /// How many pairs there are on each axis.
+    pub(super) pairs: [u32; 2],
+    /// Whether an axis has pixels to be shaded together, and no pair that tells of them.
+    pub(super) is_blind: [bool; 2],
+}
+
+/// A share of a value, in 1/65536, rounded up.
+pub(super) fn share_above(value: u32, weight: u32) -> u32 {
+    (value >> 16) * weight + (((value & 0xffff) * weight + 0xffff) >> 16)
 }
 
 impl<'a> Integers<'a> {
@@ -71,7 +83,7 @@ impl<'a> Integers<'a> {
         let mut scale = |by: u32| tolerance = ((tolerance * by) >> 12).min(0xffff);
         if self.settings.safe_area.is_some() {
             let is_border = |axis: usize| {
-                let at = place.quad[axis] * 2;
+                let at = place.inner[axis] * 2;
                 at < params.safe_width || at + params.safe_width >= params.size[axis]
             };
             scale(if is_border(0) || is_border(1) {
@@ -82,7 +94,7 @@ impl<'a> Integers<'a> {
         }
         if self.settings.foveation.is_some() {
             let d = [0, 1].map(|axis: usize| {
-                (place.quad[axis] as i32 * 2 - params.centre[axis]).unsigned_abs()
+                (place.gaze[axis] as i32 * 2 - params.centre[axis]).unsigned_abs()
             });
             let index = fixed::mul_high(d[0] * d[0] + d[1] * d[1], params.falloff_scale);
             scale(self.tables[TABLE_FALLOFF + index.min(params::FALLOFF as u32 - 1) as usize]);
@@ -204,30 +216,40 @@ fn sobel(axis: usize) -> [[[usize; 3]; 2]; 4] {
     })
 }
 
-impl Numbers for Integers<'_> {
-    type Window = Window;
+impl Integers<'_> {
+    /// What a pair counts for, given its difference and the lesser luma.
+    fn weighed(&self, d: u32, least: u32, sensitivity: u32) -> u32 {
+        match (self.settings.content.form, d, least + sensitivity) {
+            (Form::Window | Form::Absolute, ..) => d,
+            (Form::Pairwise { .. }, 0, _) => 0,
+            (Form::Pairwise { .. }, _, 0) => 16_383,
+            (Form::Pairwise { .. }, d, base) => (d << 10).div_ceil(base).min(16_383),
+        }
+    }
 
-    fn window(&self, picture: usize, sources: &[u32; 16], corner: [u32; 2]) -> Window {
-        let none = Pixel {
+    /// GDC: BS = C (1 - saturate(50 L - 2.5)), by the darkest of some pixels.
+    fn sensitivity(&self, pixels: impl Iterator<Item = Pixel>) -> u32 {
+        let darkest = pixels.map(|p| p.luma).min().unwrap_or_default();
+        let ramp = (50 * darkest).saturating_sub(5 * ONE / 2).min(ONE);
+        (self.params.sensitivity * (ONE - ramp)) >> 14
+    }
+
+    fn pixel(&self, picture: usize, from: u32) -> Pixel {
+        self.pictures[picture][from as usize].unwrap_or(Pixel {
             luma: 0,
             channels: [0; 3],
-        };
-        let pixels = sources.map(|from| self.pictures[picture][from as usize].unwrap_or(none));
+        })
+    }
+
+    /// Sums a quad's window of the picture before (0) or after (1) transparents, given the 16 sources and the parity of the first pixel's place.
+    pub(super) fn window(&self, picture: usize, sources: &[u32; 16], corner: [u32; 2]) -> Window {
+        let pixels = sources.map(|from| self.pixel(picture, from));
         let content = &self.settings.content;
-        let darkest = pixels.iter().map(|p| p.luma).min().unwrap_or_default();
-        // GDC: BS = C (1 - saturate(50 L - 2.5))
-        let ramp = (50 * darkest).saturating_sub(5 * ONE / 2).min(ONE);
-        let sensitivity = (self.params.sensitivity * (ONE - ramp)) >> 14;
+        let sensitivity = self.sensitivity(pixels.iter().copied());
         let errors = std::array::from_fn(|axis| {
             let mut sum = 0;
-            let mut join = |mut d: u32, least: u32| {
-                if let Form::Pairwise { .. } = content.form {
-                    d = match (d, least + sensitivity) {
-                        (0, _) => 0,
-                        (_, 0) => 16_383,
-                        (d, base) => ((d << 10).div_ceil(base)).min(16_383),
-                    };
-                }
+            let mut join = |d: u32, least: u32| {
+                let d = self.weighed(d, least, sensitivity);
                 match content.norm {
                     Norm::L1 | Norm::Root => sum += d,
                     Norm::L2 => sum += d * d,
@@ -251,10 +273,83 @@ impl Numbers for Integers<'_> {
         Window {
             errors,
             luma: pixels.iter().map(|p| p.luma).sum(),
+            pairs: [count(content.pairs); 2],
+            is_blind: [false; 2],
         }
     }
 
-    fn is_below(&self, window: &Window, axis: usize, log2: u8, place: &Place, again: bool) -> bool {
+    /// The same of a tile's own pixels, row by row; the tile starts at even places.
+    pub(super) fn tile(&self, picture: usize, sources: &[u32], [width, height]: [u32; 2]) -> Window {
+        let content = &self.settings.content;
+        let pixels: Vec<Pixel> = sources
+            .iter()
+            .map(|&from| self.pixel(picture, from))
+            .collect();
+        let at = |x: u32, y: u32| pixels[(y * width + x) as usize];
+        let (mut sums, mut most, mut counts) = ([0u64; 2], [0u32; 2], [0u32; 2]);
+        for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
+            // the pixels that the pairs of a quad are of
+            let (left, top) = (x & !1, y & !1);
+            let around = (top..(top + 3).min(height))
+                .flat_map(|y| (left..(left + 3).min(width)).map(move |x| at(x, y)));
+            let sensitivity = self.sensitivity(around);
+            for axis in 0..2 {
+                let (along, end) = if axis == 0 { (x, width) } else { (y, height) };
+                let is_taken = match content.pairs {
+                    Pairs::All => true,
+                    Pairs::Interleaved => (x + y) & 1 == axis as u32,
+                    Pairs::SubSampled => x & 1 == 0 && y & 1 == 0,
+                    Pairs::Quad => along & 1 == 0,
+                    Pairs::Sobel => false,
+                };
+                let found = match content.pairs {
+                    Pairs::Sobel => {
+                        let is_inside = x > 0 && y > 0 && x + 1 < width && y + 1 < height;
+                        is_inside.then(|| {
+                            let side = |d: [i64; 2]| {
+                                let middle = [i64::from(x) + d[0], i64::from(y) + d[1]];
+                                weighted([-1i64, 0, 1].map(|i| {
+                                    let step = if axis == 0 { [0, i] } else { [i, 0] };
+                                    at((middle[0] + step[0]) as u32, (middle[1] + step[1]) as u32)
+                                }))
+                            };
+                            let d = if axis == 0 { [1, 0] } else { [0, 1] };
+                            let (a, b) = (side([-d[0], -d[1]]), side(d));
+                            (self.difference(a, b).div_ceil(8), a.luma.min(b.luma) >> 2)
+                        })
+                    }
+                    _ => (is_taken && along + 1 < end).then(|| {
+                        let (a, b) = (at(x, y), if axis == 0 { at(x + 1, y) } else { at(x, y + 1) });
+                        (self.difference(a, b), a.luma.min(b.luma))
+                    }),
+                };
+                let Some((d, least)) = found else { continue };
+                let d = self.weighed(d, least, sensitivity);
+                counts[axis] += 1;
+                most[axis] = most[axis].max(d);
+                sums[axis] += match content.norm {
+                    Norm::L2 => u64::from(d) * u64::from(d),
+                    Norm::L1 | Norm::Root | Norm::LInf => u64::from(d),
+                };
+            }
+        }
+        let in_window = u64::from(count(content.pairs));
+        let light: u32 = pixels.iter().map(|p| p.luma).sum();
+        Window {
+            errors: [0, 1].map(|axis: usize| match content.norm {
+                Norm::LInf => most[axis],
+                // rounded up
+                _ => (sums[axis] * in_window).div_ceil(u64::from(counts[axis].max(1))) as u32,
+            }),
+            // rounded down: to a lower threshold
+            luma: light * 16 / (width * height),
+            pairs: counts,
+            is_blind: [0, 1].map(|axis: usize| counts[axis] == 0 && [width, height][axis] > 1),
+        }
+    }
+
+    /// Whether the error of a rate of 2^`log2` on an axis is surely below the threshold; `again` for the second look.
+    pub(super) fn is_below(&self, window: &Window, axis: usize, log2: u8, place: &Place, again: bool) -> bool {
         let params = self.params;
         let content = &self.settings.content;
         let entry = TABLE_SPEEDS + 2 * place.speed[axis] as usize + usize::from(log2 > 1);
@@ -280,29 +375,11 @@ impl Numbers for Integers<'_> {
         Mag::whole(window.errors[axis]).is_less(base.product(limit))
     }
 
-    fn mean(&self, windows: &[Window]) -> Window {
-        let count = windows.len() as u32;
-        let errors = std::array::from_fn(|axis| {
-            let errors = windows.iter().map(|window| window.errors[axis]);
-            match self.settings.content.norm {
-                Norm::LInf => errors.max().unwrap_or_default(),
-                // each rounds up, and so does the mean
-                _ => errors.map(|error| error.div_ceil(count)).sum(),
-            }
-        });
-        Window {
-            errors,
-            luma: windows.iter().map(|window| window.luma / count).sum(),
-        }
-    }
-
-    fn blend(&self, windows: &[(&Window, u32)]) -> Window {
-        let above = |value: u32, weight: u32| {
-            (value >> 16) * weight + (((value & 0xffff) * weight + 0xffff) >> 16)
-        };
+    /// Windows blended, each with its share in 1/65536; errors are rounded up.
+    pub(super) fn blend(&self, windows: &[(&Window, u32)]) -> Window {
         let errors = std::array::from_fn(|axis| {
             let all = windows.iter();
-            all.map(|&(window, weight)| above(window.errors[axis], weight))
+            all.map(|&(window, weight)| share_above(window.errors[axis], weight))
                 .sum()
         });
         Window {
@@ -311,21 +388,26 @@ impl Numbers for Integers<'_> {
                 .iter()
                 .map(|&(window, weight)| (window.luma * (weight >> 4)) >> 12)
                 .sum(),
+            pairs: [count(self.settings.content.pairs); 2],
+            is_blind: [false; 2],
         }
     }
 
-    fn error(&self, window: &Window, axis: usize) -> f64 {
+    /// The error on an axis, up to a factor that all share.
+    pub(super) fn error(&self, window: &Window, axis: usize) -> f64 {
         // a quarter, as the kernel sums four of them in 32 bits
         f64::from(window.errors[axis] >> 2)
     }
 
-    fn sqrt_luma(&self, pixel: usize) -> u8 {
+    /// √luma of a pixel of the previous picture.
+    pub(super) fn sqrt_luma(&self, pixel: usize) -> u8 {
         let last = &self.pictures[usize::from(self.settings.transparents)];
         // what has no luma is white: it is at full rate as long as it is looked at, and white does not hide
         last[pixel].map_or(255, |p| fixed::sqrt_code(p.luma) as u8)
     }
 
-    fn is_valid(&self, picture: usize, pixel: usize) -> bool {
+    /// Whether a pixel of a picture has a luma.
+    pub(super) fn is_valid(&self, picture: usize, pixel: usize) -> bool {
         self.pictures[picture][pixel].is_some()
     }
 }

@@ -17,10 +17,9 @@
 //! | [`settings`] | every effect's parameters | |
 //! | [`inputs`] | what goes in and what comes out | |
 //! | [`exact`] | the oracle, in f64 | |
-//! | [`integer`] | the deterministic path on the CPU | |
+//! | [`integer`] | the deterministic path on the CPU: arithmetic; `pipeline.rs`, `past.rs` and `decide.rs` have its steps | |
 //! | [`analyser`] | the stage of one view in one piece | |
 //! | [`gpu`] | the deterministic path on the GPU, by [`Plan`](crate::plan::Plan) | |
-//! | [`pipeline`] | the order of the steps, shared by both | |
 //!
 //! ```
 //! use vrcs::analyse::{integer, Inputs, Colour, Settings};
@@ -33,9 +32,11 @@
 mod after;
 pub mod analyser;
 pub mod content;
+mod decide;
 pub mod exact;
 pub mod fixed;
 pub mod gpu;
+mod granularity;
 pub mod half;
 pub mod hysteresis;
 pub mod inputs;
@@ -45,8 +46,9 @@ pub mod motion;
 pub mod optics;
 pub mod own;
 pub mod params;
+mod past;
 pub mod peers;
-pub mod pipeline;
+mod pipeline;
 pub mod reasons;
 pub mod refit;
 pub mod reproject;
@@ -68,4 +70,4 @@ pub use optics::{Cameras, Lens};
 pub use own::OwnRates;
 pub use peers::Peer;
 pub use reasons::Reason;
-pub use settings::Settings;
+pub use settings::{Granularity, Settings};

@@ -6,7 +6,7 @@
 
 use glam::{DMat4, DVec3, DVec4};
 
-use super::{inputs::Inputs, params::Params, pipeline, settings::Settings};
+use super::{inputs::Inputs, params::Params, past, settings::Settings};
 
 /// The vector from where a surface was to where it is, in pixels of a picture of `size`, for the centre of a pixel.
 pub fn camera_motion(
@@ -99,7 +99,7 @@ pub fn depth_before(inputs: &Inputs, settings: &Settings) -> Vec<f32> {
     let mut before = vec![furthest; width as usize * height as usize];
     for (at, &depth) in depth.iter().enumerate() {
         let (x, y) = (at as u32 % inputs.size[0], at as u32 / inputs.size[0]);
-        let Ok(from) = pipeline::source(x, y, &inputs, settings, &params) else {
+        let Ok(from) = past::source(x, y, &inputs, settings, &params) else {
             continue;
         };
         let there = &mut before[from as usize];

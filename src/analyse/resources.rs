@@ -123,13 +123,17 @@ fn room(
 }
 
 /// Whether what is bound has room for a frame.
-pub(super) fn check(rooms: &[(Binding, Room)], frame: &Frame) -> Result<(), FrameError> {
+pub(super) fn check(
+    plan: &Plan,
+    rooms: &[(Binding, Room)],
+    frame: &Frame,
+) -> Result<(), FrameError> {
     frame.check()?;
     for &(binding, room) in rooms {
         let what = binding.name();
         match room {
             Room::Texels(got) => {
-                let wanted = texels(binding, frame);
+                let wanted = texels(plan, binding, frame);
                 if got[0] < wanted[0] || got[1] < wanted[1] {
                     return Err(FrameError::Texture { what, got, wanted });
                 }
@@ -146,8 +150,11 @@ pub(super) fn check(rooms: &[(Binding, Room)], frame: &Frame) -> Result<(), Fram
 }
 
 /// The least size of a texture.
-fn texels(binding: Binding, frame: &Frame) -> [u32; 2] {
+fn texels(plan: &Plan, binding: Binding, frame: &Frame) -> [u32; 2] {
     let (origin, size) = match binding {
+        Binding::Materials if plan.settings.has_materials_before() => {
+            (frame.previous_origin, frame.previous_size)
+        }
         Binding::Colour | Binding::After | Binding::PreviousDepth => {
             (frame.previous_origin, frame.previous_size)
         }

@@ -1,6 +1,7 @@
 //! What the analysis is told: one struct for each effect, with its source, units and ranges. `None` means that the effect
 //! is not there at all: not compiled, not bound, not dispatched.
 
+pub use super::granularity::Granularity;
 use super::{half::HalfResolution, optics::Lens, own::OwnRates};
 use crate::Rate;
 
@@ -272,9 +273,9 @@ pub enum Fetch {
     /// The previous picture, for each pixel (§5.1).
     #[default]
     Pixel,
-    /// What the previous picture's tiles of 16×16 pixels told, for each tile, by its furthest depth and the cameras (GDC, passes 1 and 2):
-    /// one rate a tile, by content and motion alone. What a tile tells is the mean of its quads' windows: of the tile's own pairs, those
-    /// between two quads twice as they lie in the windows of both, and of those to the pixels next to it once.
+    /// What the previous picture's tiles of 16×16 pixels told, for each tile, by its furthest depth and the cameras, between the middles of
+    /// four (GDC, passes 1 and 2): one rate a tile, by content, motion and materials. What a tile tells is the error and luma of its own
+    /// pixels, as [`Granularity::Tile16`] has them.
     Tile,
 }
 
@@ -310,7 +311,24 @@ impl Default for Reprojection {
     }
 }
 
-/// Smooth metals are more sensitive in slow motion, and mirrors always (GDC, pass 2, problems 1 and 2).
+/// Of which frame materials are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(
+    feature = "cli",
+    derive(serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
+pub enum MaterialsOf {
+    /// Of this frame, where a prepass has them: looked up at the pixel.
+    #[default]
+    This,
+    /// Of the previous frame's G-buffer, as NVIDIA has them (§5.4; GDC, pass 1): fetched along motion with its colour, by tiles
+    /// ([`Fetch::Tile`]) with their data, rounded to the shinier. Of the size of the previous picture.
+    Previous,
+}
+
+/// Smooth metals are more sensitive in slow motion, and mirrors always (GDC, pass 2, problems 1 and 2). A quad, or a tile, has the most
+/// smoothness · Rf0 of its pixels ("Find max smoothness and Rf0"); of all of them, where the talk looks at four of eight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "cli",
@@ -324,6 +342,8 @@ pub struct Materials {
     pub slow: f64,
     /// From this smoothness · Rf0 on, always full rate; above 1 for never.
     pub mirror: f64,
+    /// Of which frame they are.
+    pub of: MaterialsOf,
 }
 
 impl Default for Materials {
@@ -332,6 +352,7 @@ impl Default for Materials {
             least: 0.5,
             slow: 4.0,
             mirror: 0.8,
+            of: MaterialsOf::This,
         }
     }
 }
@@ -504,6 +525,12 @@ pub struct Settings {
     pub half_resolution: Option<HalfResolution>,
     /// The coarsest rate. 4x4 is replaced by 2x4 or 4x2 unless this is 4x4.
     pub largest: Rate,
+    /// What has one estimate and one rate.
+    pub granularity: Granularity,
+    /// The same of the hardware's attachment, for a scene that [wants one](crate::Scene::attachment): by default the hardware's tile, over
+    /// whose own pixels the paper's estimate is. [`Granularity::Quad`] for the finest of the tile's quads, which costs nothing beside
+    /// the rates and is finer. Not looked at where the rates are of tiles: then it has theirs.
+    pub attachment: Granularity,
 }
 
 impl Settings {
@@ -511,6 +538,28 @@ impl Settings {
     pub fn is_by_tiles(&self) -> bool {
         self.reprojection
             .is_some_and(|reprojection| reprojection.fetch == Fetch::Tile)
+    }
+
+    /// What has one rate of compute passes: that of [`Fetch::Tile`], too.
+    pub fn granularity_of_rates(&self) -> Granularity {
+        match self.is_by_tiles() {
+            true => Granularity::Tile16,
+            false => self.granularity,
+        }
+    }
+
+    /// What has one rate of the hardware's attachment.
+    pub fn granularity_of_attachment(&self) -> Granularity {
+        match self.granularity_of_rates() {
+            Granularity::Quad => self.attachment,
+            tile => tile,
+        }
+    }
+
+    /// Whether materials are those of the frame before.
+    pub(crate) fn has_materials_before(&self) -> bool {
+        self.materials
+            .is_some_and(|materials| materials.of == MaterialsOf::Previous)
     }
 
     /// Whether motion alone decides, whatever the content: [`Blur::Standalone`] or [`Blur::Ladder`].
@@ -542,18 +591,9 @@ impl Settings {
 
     /// The first effect that looks at pixels one by one, and so cannot be had by tiles.
     pub(crate) fn first_by_pixel(&self) -> Option<&'static str> {
-        let content = &self.content;
+        let has_own = ![Granularity::Quad, Granularity::Tile16].contains(&self.granularity);
         let all = [
-            (content.pairs != Pairs::All, "a choice of pairs"),
-            (
-                content.difference != Difference::Luma,
-                "a difference of channels",
-            ),
-            (
-                matches!(content.form, Form::Pairwise { .. }),
-                "the pairwise form",
-            ),
-            (content.norm == Norm::Root, "the mean's root"),
+            (has_own, "a granularity of its own"),
             (self.later_blur || self.lens.is_some(), "a later blur"),
             (self.stability != Stability::None, "stability"),
             (self.half_rate.is_some(), "the extra half rate"),
@@ -586,6 +626,8 @@ impl Default for Settings {
             own: None,
             half_resolution: None,
             largest: Rate::R2X2,
+            granularity: Granularity::Quad,
+            attachment: Granularity::Tile16,
         }
     }
 }

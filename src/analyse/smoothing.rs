@@ -2,15 +2,21 @@
 //!
 //! *Guarantees*: never coarser than before, on either axis; quads outside the picture say nothing.
 
-use super::settings::Smoothing;
+use super::settings::{Granularity, Smoothing};
 use crate::sri::Sri;
 
-/// Smooths an image of rates for a picture of `size` pixels.
-pub fn smooth(sri: &Sri, size: [u32; 2], smoothing: Smoothing) -> Sri {
+/// Smooths an image of rates for a picture of `size` pixels, whose rates are each of a quad or of a tile: then neighbours are tiles.
+pub fn smooth(
+    sri: &Sri,
+    size: [u32; 2],
+    smoothing: Smoothing,
+    granularity: Granularity,
+) -> Sri {
+    let step = granularity.side() / 2;
     match smoothing {
         Smoothing::None => sri.clone(),
         _ => Sri::from_fn(size[0], size[1], |x, y| {
-            let logs = [0, 1].map(|axis| smoothed(sri, x, y, axis, smoothing));
+            let logs = [0, 1].map(|axis| smoothed(sri, [x, y], axis, smoothing, step));
             super::pipeline::code(logs)
         }),
     }
@@ -21,11 +27,14 @@ fn log(sri: &Sri, x: u32, y: u32, axis: usize) -> u8 {
     if axis == 0 { code >> 2 & 3 } else { code & 3 }
 }
 
-fn smoothed(sri: &Sri, x: u32, y: u32, axis: usize, smoothing: Smoothing) -> u8 {
+fn smoothed(sri: &Sri, [x, y]: [u32; 2], axis: usize, smoothing: Smoothing, step: u32) -> u8 {
     let own = log(sri, x, y, axis);
     let layout = sri.layout();
     let around = (0..9).filter_map(|i| {
-        let (nx, ny) = ((x + i % 3).checked_sub(1)?, (y + i / 3).checked_sub(1)?);
+        let (nx, ny) = (
+            (x / step + i % 3).checked_sub(1)? * step,
+            (y / step + i / 3).checked_sub(1)? * step,
+        );
         (nx < layout.width && ny < layout.height).then(|| log(sri, nx, ny, axis))
     });
     match smoothing {
@@ -58,7 +67,7 @@ mod tests {
                 Rate::R4X4.code()
             }
         });
-        let out = smooth(&sri, [10, 10], Smoothing::Limit);
+        let out = smooth(&sri, [10, 10], Smoothing::Limit, Granularity::Quad);
         assert_eq!(
             out.code(1, 1),
             Rate::R4X2.code(),
@@ -78,7 +87,7 @@ mod tests {
             [0, 5, 10, 4, 1, 6, 9][((x * 5 + y * 3) % 7) as usize]
         });
         for smoothing in [Smoothing::Limit, Smoothing::Conservative] {
-            let out = smooth(&sri, [12, 12], smoothing);
+            let out = smooth(&sri, [12, 12], smoothing, Granularity::Quad);
             for i in 0..36 {
                 let (x, y) = (i % 6, i / 6);
                 let now = Rate::from_code(out.code(x, y)).expect("a rate");
@@ -86,6 +95,25 @@ mod tests {
             }
         }
         let plain = Sri::uniform(12, 12, Rate::R2X2);
-        assert_eq!(smooth(&plain, [12, 12], Smoothing::Conservative), plain);
+        assert_eq!(smooth(&plain, [12, 12], Smoothing::Conservative, Granularity::Quad), plain);
+    }
+
+    #[test]
+    fn tiles_are_limited_by_the_tiles_around_them() {
+        // three tiles of 16 pixels side by side, the last cut off: fine, coarse, coarse
+        let sri = Sri::from_fn(36, 16, |x, _| match x / 8 {
+            0 => Rate::R1X1.code(),
+            _ => Rate::R4X4.code(),
+        });
+        let tile = Granularity::Tile16;
+        let out = smooth(&sri, [36, 16], Smoothing::Limit, tile);
+        for (x, wanted) in [(0, 0), (8, 5), (15, 5), (16, 10), (17, 10)] {
+            for y in 0..8 {
+                assert_eq!(out.code(x, y), wanted, "{x},{y}");
+            }
+        }
+        // of tiles in a row the means are 0, (0 + 2 + 2) / 3 and 2
+        let out = smooth(&sri, [36, 16], Smoothing::Conservative, tile);
+        assert_eq!([0, 8, 15, 16].map(|x| out.code(x, 7)), [0, 5, 5, 10]);
     }
 }

@@ -460,7 +460,7 @@ fn e38_the_extra_half_rate_is_never_full_and_never_coarser() {
         for second in 0..9u8 {
             for error in [[0.0, 1.0], [1.0, 0.0], [1.0, 1.0]] {
                 let rate = [code.code() >> 2, code.code() & 3];
-                let out = super::pipeline::half_rate(rate, [second / 3, second % 3], || {
+                let out = super::decide::half_rate(rate, [second / 3, second % 3], || {
                     error[0] <= error[1]
                 });
                 let out = Rate::from_code(out[0] << 2 | out[1]).expect("a rate, so no 4x1");

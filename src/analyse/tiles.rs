@@ -1,13 +1,13 @@
 //! The stage by tiles of 16×16 pixels, as NVIDIA ships it (GDC 2019, passes 1 and 2), on the CPU: the twin of `shaders/tile_data.wgsl`
 //! and `shaders/tile_rates.wgsl`.
 //!
-//! Does: takes each tile's data of the previous picture, the mean of its quads' windows, which are the tile and a border of one pixel;
-//! finds how a tile moved by the cameras at its furthest depth ("Find furthest point per tile from z-prepass. Use camera matrices to
-//! reproject"); fetches the data there, between the middles of four tiles; and decides one rate for the tile, under the tolerance of the
-//! shiniest of its surfaces ("max Smoothness & Rf0").
+//! Does: takes each tile's data of the previous picture, the error and luma of its own pixels and the shiniest of its surfaces ("max
+//! smoothness and specular reflectance (Rf0) per tile"); finds how a tile moved by the cameras at its furthest depth ("Find furthest point
+//! per tile from z-prepass. Use camera matrices to reproject"); fetches the data there, between the middles of four tiles ("with linear
+//! interpolation"); and decides one rate for the tile, under the tolerance of its surfaces, of this frame or of the one before.
 //! Needs: [`Fetch::Tile`](super::settings::Fetch), depth and both [`Cameras`](super::Cameras).
 //! Guarantees: a tile of which a pixel was off the screen, or hidden by something nearer, or has a depth that is none, and data of a
-//! pixel without luma, are at full rate. Means are rounded to fine.
+//! pixel without luma or of an axis without a pair, are at full rate. Means are rounded to fine.
 //! Refuses: nothing here; [`Plan`](crate::plan::Plan) refuses effects that look at pixels one by one.
 //!
 //! It is the cheapest form, the more so without the depth test ([`Reprojection::tolerance`](super::settings::Reprojection)). All of a
@@ -15,11 +15,12 @@
 //! [`Fetch::Pixel`](super::settings::Fetch) is for.
 
 use super::{
+    decide::{Place, Quad, Stage, legal, logs_cap},
     fixed,
     inputs::Inputs,
+    integer::{Window, share_above},
     motion,
     params::{self, Params},
-    pipeline::{Logs, Numbers, Place, legal},
     reasons::Reason,
     reproject::motion_of,
     settings::Settings,
@@ -34,33 +35,39 @@ pub fn data_bytes(previous_size: [u32; 2]) -> u64 {
     across * down * 16
 }
 
-/// What a tile's window tells, or that a pixel has no luma.
-pub(super) type Data<W> = Option<W>;
+/// What a tile tells: its errors and luma, and the most smoothness · Rf0; or that a pixel has no luma, or an axis no pair.
+pub(super) type Data = Option<(Window, u32)>;
 
 /// The data of the previous picture's tiles, row by row (pass 1).
-pub(super) fn data<N: Numbers>(numbers: &N, inputs: &Inputs) -> Vec<Data<N::Window>> {
-    let [width, height] = inputs.previous_size;
-    let quads = [width.div_ceil(2), height.div_ceil(2)];
-    let tiles = [width.div_ceil(SIDE), height.div_ceil(SIDE)];
-    let of_tile = |tile: [u32; 2]| -> Data<N::Window> {
-        let range = |axis: usize| tile[axis] * 8..(tile[axis] * 8 + 8).min(quads[axis]);
-        let mut windows = Vec::new();
-        for y in range(1) {
-            for x in range(0) {
-                let sources: [u32; 16] = std::array::from_fn(|i| {
-                    let (i, side) = (i as i64, |v: u32| i64::from(v) - 1);
-                    let px = (i64::from(x) * 2 - 1 + i % 4).clamp(0, side(width));
-                    let py = (i64::from(y) * 2 - 1 + i / 4).clamp(0, side(height));
-                    (py * i64::from(width) + px) as u32
-                });
-                if !sources.iter().all(|&at| numbers.is_valid(0, at as usize)) {
-                    return None;
-                }
-                windows.push(numbers.window(0, &sources, [1, 1]));
-            }
+pub(super) fn data(stage: &Stage) -> Vec<Data> {
+    let [width, height] = stage.inputs.previous_size;
+    let surfaces = stage
+        .inputs
+        .materials
+        .filter(|_| stage.settings.has_materials_before());
+    let of_tile = |[x, y]: [u32; 2]| -> Data {
+        let low = [x * SIDE, y * SIDE];
+        let high = [(low[0] + SIDE).min(width), (low[1] + SIDE).min(height)];
+        let all: Vec<u32> = pixels(low, high).map(|[x, y]| y * width + x).collect();
+        let is_valid = |&at: &u32| stage.numbers.is_valid(0, at as usize);
+        if !all.iter().all(is_valid) {
+            return None;
         }
-        Some(numbers.mean(&windows))
+        let extent = [high[0] - low[0], high[1] - low[1]];
+        let window = stage.numbers.tile(0, &all, extent);
+        // a picture one pixel wide has no pair, and nothing to tell of
+        let is_unseen = [width, height]
+            .iter()
+            .zip(window.pairs)
+            .any(|(&side, pairs)| side > 1 && pairs == 0);
+        let shine = surfaces.map_or(0, |surfaces| {
+            let of = |&at: &u32| surfaces[at as usize].map(u32::from);
+            let each = all.iter().map(of).map(|[smooth, rf0]| smooth * rf0);
+            each.max().unwrap_or_default()
+        });
+        (!is_unseen).then_some((window, shine))
     };
+    let tiles = [width.div_ceil(SIDE), height.div_ceil(SIDE)];
     (0..tiles[1])
         .flat_map(|y| (0..tiles[0]).map(move |x| [x, y]))
         .map(of_tile)
@@ -142,27 +149,18 @@ fn fetch(
     if sources().any(was_covered) {
         return Err(Reason::Disoccluded);
     }
-    Ok((
-        place([0, 1].map(|axis: usize| (low[axis] + high[axis]) * 128)),
-        moved,
-    ))
+    // of the whole tile, also where the picture ends before: at rest a tile has its own data alone
+    Ok((place(low.map(|low| low * 256 + 2048)), moved))
 }
 
-/// The rate of a tile before larger rates have had to agree, its error on each axis, and the reason (pass 2). `logs` decides on a window.
-pub(super) fn rate<N: Numbers>(
-    numbers: &N,
-    data: &[Data<N::Window>],
-    inputs: &Inputs,
-    settings: &Settings,
-    params: &Params,
-    tile: [u32; 2],
-    logs: impl Fn(&N::Window, &Place) -> Logs,
-) -> (Logs, [f64; 2], Reason) {
+/// What a tile gets, before larger rates have had to agree (pass 2).
+pub(super) fn rate(stage: &Stage, data: &[Data], tile: [u32; 2]) -> Quad {
+    let (inputs, settings, params) = (stage.inputs, stage.settings, stage.params);
     let low = tile.map(|at| at * SIDE);
     let high = [0, 1].map(|axis: usize| (low[axis] + SIDE).min(inputs.size[axis]));
     let (position, moved) = match fetch(inputs, settings, params, low, high) {
         Ok(found) => found,
-        Err(reason) => return ([0; 2], [0.0; 2], reason),
+        Err(reason) => return Quad::full(reason),
     };
     let tiles = params.previous.map(|side| side.div_ceil(SIDE) as i32);
     let at = position.map(|position| position - 2048);
@@ -181,28 +179,57 @@ pub(super) fn rate<N: Numbers>(
             [0, 1].map(|axis: usize| (first[axis] + step[axis] as i32).clamp(0, tiles[axis] - 1));
         let weight = sides[0] * sides[1];
         match &data[(place[1] * tiles[0] + place[0]) as usize] {
-            Some(window) => four.push((window, weight)),
+            Some(data) => four.push((data, weight)),
             None if weight == 0 => {}
-            None => return ([0; 2], [0.0; 2], Reason::Invalid),
+            None => return Quad::full(Reason::Invalid),
         }
     }
-    let window = numbers.blend(&four);
-    let surfaces = inputs.materials.unwrap_or_default();
-    let shine = pixels(low, high).filter_map(|[x, y]| {
-        let surface = surfaces.get((y * inputs.size[0] + x) as usize)?;
-        Some(u32::from(surface[0]) * u32::from(surface[1]))
-    });
-    let shine = shine.max().unwrap_or_default();
+    let windows: Vec<(&Window, u32)> = four
+        .iter()
+        .map(|&((window, _), weight)| (window, weight))
+        .collect();
+    let window = stage.numbers.blend(&windows);
+    let shine = match settings.has_materials_before() {
+        // with the rest of the data, rounded up
+        true => four
+            .iter()
+            .map(|&((_, shine), weight)| share_above(*shine, weight))
+            .sum(),
+        false => {
+            let surfaces = inputs.materials.unwrap_or_default();
+            let shine = pixels(low, high).filter_map(|[x, y]| {
+                let surface = surfaces.get((y * inputs.size[0] + x) as usize)?;
+                Some(u32::from(surface[0]) * u32::from(surface[1]))
+            });
+            shine.max().unwrap_or_default()
+        }
+    };
     if settings.materials.is_some() && shine >= params.material_mirror {
-        return ([0; 2], [0.0; 2], Reason::Material);
+        return Quad::full(Reason::Material);
     }
     let place = Place {
         shine,
         speed: [0, 1].map(|axis: usize| motion::speed_index(moved[axis], params.speed_scale[axis])),
-        quad: tile.map(|at| at * 8),
         ..Place::default()
     };
-    let found = legal(logs(&window, &place));
-    let error = [0, 1].map(|axis| numbers.error(&window, axis));
-    (found, error, Reason::Content)
+    let rate = legal(match stage.motion_only(&place) {
+        Some(logs) => logs,
+        None => stage.logs(&window, &place, false),
+    });
+    let error = [0, 1].map(|axis| stage.numbers.error(&window, axis));
+    Quad {
+        rate,
+        attachment: rate,
+        plain: rate,
+        reason: match (
+            rate == logs_cap(params),
+            settings.is_by_motion_alone(),
+        ) {
+            (true, _) => Reason::None,
+            (false, true) => Reason::Motion,
+            (false, false) => Reason::Content,
+        },
+        error,
+        attachment_error: error,
+    }
 }

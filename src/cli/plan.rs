@@ -16,9 +16,11 @@ use serde_json::json;
 use super::{Failure, demo, files, parse_size, talk};
 use crate::{
     analyse::{
+        half,
         own::{IdRates, OwnRates},
         params,
         settings::*,
+        tiles,
     },
     build::BuildOptions,
     coverage::{Coverage, Depth, DepthKind, Sky},
@@ -358,13 +360,18 @@ fn buffers(plan: &Plan, size: [u32; 2]) -> Vec<(String, u64)> {
     let rates = SriLayout::new(size[0], size[1]).bytes();
     let luma = u64::from(params::luma_pitch(size[0])) * u64::from(size[1]);
     let mut all = Vec::new();
-    for &binding in &plan.bindings {
+    for &binding in plan.bindings.iter().chain(&plan.later) {
         let bytes = match binding {
             Binding::Params => size_of::<params::Params>() as u64,
             // a matrix, a row, five numbers and room
             Binding::Optics => 112,
             Binding::Tables => (params::TABLE_FALLOFF + params::FALLOFF) as u64 * 4,
             Binding::SqrtLuma => luma,
+            Binding::TileData => tiles::data_bytes(size),
+            Binding::HalfRates => {
+                let [width, height] = half::size_of(size);
+                SriLayout::new(width, height).bytes()
+            }
             Binding::Colour | Binding::After if plan.scene.colour == ColourForm::SqrtLuma => luma,
             _ if binding.is_storage_buffer(plan.scene.colour) => rates,
             _ => continue,

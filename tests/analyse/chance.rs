@@ -92,7 +92,11 @@ pub fn settings(rng: &mut Rng, scene: &mut Scene) -> Settings {
             tolerance: [0.1, 0.1, f64::INFINITY][rng.usize(..3)],
             ..Reprojection::default()
         }),
-        materials: (scene.materials && rng.bool()).then(Materials::default),
+        materials: (scene.materials && rng.bool()).then(|| Materials {
+            of: [MaterialsOf::This, MaterialsOf::Previous][rng.usize(..2)],
+            mirror: [0.8, 2.0][rng.usize(..2)],
+            ..Materials::default()
+        }),
         stability: match scene.previous_rates {
             true => [Stability::Hysteresis, Stability::Compensate][rng.usize(..2)],
             false => Stability::None,
@@ -114,6 +118,11 @@ pub fn settings(rng: &mut Rng, scene: &mut Scene) -> Settings {
         ][rng.usize(..3)],
         smoothing: [Smoothing::None, Smoothing::Limit, Smoothing::Conservative][rng.usize(..3)],
         largest: [Rate::R2X2, Rate::R4X2, Rate::R4X4, Rate::R2X4][rng.usize(..4)],
+        granularity: match rng.bool() {
+            true => Granularity::Quad,
+            false => Granularity::ALL[rng.usize(..5)],
+        },
+        attachment: Granularity::ALL[rng.usize(..5)],
     };
     if !settings.is_by_motion_alone() {
         return settings;

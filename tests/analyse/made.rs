@@ -3,7 +3,7 @@
 use fastrand::Rng;
 use vrcs::{
     Plan, Rate,
-    analyse::{Analysis, Colour, Frame, Inputs, Output, half, tiles},
+    analyse::{Analysis, Colour, Frame, Inputs, Output, half, settings::MaterialsOf, tiles},
     check::gpu::Gpu,
     plan::{Binding, ColourForm},
     sri::{Sri, SriLayout},
@@ -24,6 +24,7 @@ pub struct Made {
     pub previous_depth: Vec<f32>,
     pub rates: Sri,
     pub materials: Vec<[u8; 2]>,
+    pub previous_materials: Vec<[u8; 2]>,
     pub noise: Vec<u8>,
     pub ids: Vec<u8>,
     pub flags: Vec<u8>,
@@ -116,6 +117,7 @@ impl Made {
                 _ => rng.choice(Rate::ALL).map_or(0, Rate::code),
             }),
             materials: (0..now).map(|_| [rng.u8(..), rng.u8(..)]).collect(),
+            previous_materials: (0..before).map(|_| [rng.u8(..), rng.u8(..)]).collect(),
             noise: (0..now)
                 .map(|_| if rng.bool() { 0 } else { rng.u8(..) })
                 .collect(),
@@ -151,7 +153,10 @@ impl Made {
             blur: scene.blur.then_some(&self.blur),
             previous_depth: scene.depth.then_some(&self.previous_depth),
             previous_rates: scene.previous_rates.then_some(&self.rates),
-            materials: scene.materials.then_some(&self.materials),
+            materials: scene.materials.then_some(match of_before(plan) {
+                true => &self.previous_materials,
+                false => &self.materials,
+            }),
             noise: scene.noise.then_some(&self.noise),
             ids: scene.ids.then_some(&self.ids),
             flags: scene.flags.then_some(&self.flags),
@@ -215,7 +220,10 @@ impl Made {
             now(F::Rg32Float, cast(self.motion.as_flattened())),
             now(F::R32Float, cast(&self.depth)),
             before(F::R32Float, cast(&self.previous_depth)),
-            now(F::Rg8Unorm, self.materials.as_flattened()),
+            match of_before(plan) {
+                true => before(F::Rg8Unorm, self.previous_materials.as_flattened()),
+                false => now(F::Rg8Unorm, self.materials.as_flattened()),
+            },
             now(F::R8Unorm, &self.noise),
             now(F::R8Uint, &self.flags),
             now(F::R32Float, cast(&self.blur)),
@@ -273,6 +281,13 @@ impl Made {
             .expect("rates");
         read.try_into().expect("six buffers")
     }
+}
+
+/// Whether materials are those of the frame before.
+fn of_before(plan: &Plan) -> bool {
+    plan.settings
+        .materials
+        .is_some_and(|materials| materials.of == MaterialsOf::Previous)
 }
 
 /// Every byte of the outputs that a plan has.

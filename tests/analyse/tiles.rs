@@ -69,7 +69,7 @@ fn tiles_are_fetched_by_their_furthest_depth_as_in_the_twin() {
             cameras: true,
             depth: true,
             flags: rng.bool(),
-            materials: is_mirror || !is_known && rng.bool(),
+            materials: is_mirror || case == 2 || !is_known && rng.bool(),
             colour: match is_known {
                 true => ColourForm::Codes,
                 false => {
@@ -82,12 +82,35 @@ fn tiles_are_fetched_by_their_furthest_depth_as_in_the_twin() {
         };
         let settings = Settings {
             content: Content {
-                norm: [Norm::L2, Norm::L1, Norm::LInf][rng.usize(..3)],
-                form: [Form::Window, Form::Absolute][rng.usize(..2)],
+                norm: [Norm::L2, Norm::L1, Norm::LInf, Norm::Root][rng.usize(..4)],
+                pairs: [
+                    Pairs::All,
+                    Pairs::Interleaved,
+                    Pairs::SubSampled,
+                    Pairs::Quad,
+                    Pairs::Sobel,
+                ][if is_known { 0 } else { rng.usize(..5) }],
+                difference: [
+                    Difference::Luma,
+                    Difference::LargestChannel,
+                    Difference::Rgb,
+                ][rng.usize(..3)],
+                form: [
+                    Form::Window,
+                    Form::Absolute,
+                    Form::Pairwise { sensitivity: 0.07 },
+                ][rng.usize(..3)],
                 threshold: [0.15, 0.03, 0.6][rng.usize(..3)],
                 ..Content::default()
             },
-            motion: Some(Motion::default()),
+            motion: Some(Motion {
+                blur: match case % 10 {
+                    8 => Blur::Standalone { error: 0.5 },
+                    9 => Blur::Ladder(Ladder::default()),
+                    _ => Blur::Scaled,
+                },
+                ..Motion::default()
+            }),
             reprojection: Some(Reprojection {
                 fetch: Fetch::Tile,
                 reversed_z,
@@ -96,6 +119,7 @@ fn tiles_are_fetched_by_their_furthest_depth_as_in_the_twin() {
             }),
             materials: scene.materials.then(|| Materials {
                 mirror: [0.8, 2.0][if is_mirror { 0 } else { rng.usize(..2) }],
+                of: [MaterialsOf::This, MaterialsOf::Previous][rng.usize(..2)],
                 ..Materials::default()
             }),
             smoothing: [Smoothing::None, Smoothing::Limit, Smoothing::Conservative][rng.usize(..3)],

@@ -95,7 +95,7 @@ pub(super) fn run(gpu: &Gpu, plan: &Plan, inputs: &Inputs) -> Result<Found, Fail
         let before = gpu.buffer("rates before", rates.bytes(), storage);
         buffers.push((Binding::PreviousRates, before));
     }
-    let views = Views::new(gpu, inputs);
+    let views = Views::new(gpu, plan, inputs);
     let mut resources: Vec<(Binding, wgpu::BindingResource)> = Vec::new();
     for (binding, buffer) in outputs.iter().chain(&buffers) {
         resources.push((*binding, buffer.as_entire_binding()));
@@ -165,7 +165,7 @@ fn padded(codes: &[u8], size: [u32; 2]) -> Vec<u8> {
 struct Views(Vec<(Binding, wgpu::TextureView)>);
 
 impl Views {
-    fn new(gpu: &Gpu, inputs: &Inputs) -> Views {
+    fn new(gpu: &Gpu, plan: &Plan, inputs: &Inputs) -> Views {
         use wgpu::TextureFormat as F;
         let (now, before) = (inputs.size, inputs.previous_size);
         let floats = |values: &[f32]| bytemuck::cast_slice::<f32, u8>(values).to_vec();
@@ -177,6 +177,10 @@ impl Views {
         let float = |values: Option<&[f32]>| values.map(|values| (F::R32Float, floats(values)));
         let byte = |format, values: Option<&[u8]>| values.map(|values| (format, values.to_vec()));
         let motion = inputs.motion.map(<[[f32; 2]]>::as_flattened);
+        let surfaces = match plan.settings.has_materials_before() {
+            true => before,
+            false => now,
+        };
         let materials = inputs.materials.map(<[[u8; 2]]>::as_flattened);
         let all = [
             (Binding::Colour, before, colour(inputs.colour)),
@@ -189,7 +193,7 @@ impl Views {
             (Binding::Depth, now, float(inputs.depth)),
             (Binding::PreviousDepth, before, float(inputs.previous_depth)),
             (Binding::Blur, now, float(inputs.blur)),
-            (Binding::Materials, now, byte(F::Rg8Unorm, materials)),
+            (Binding::Materials, surfaces, byte(F::Rg8Unorm, materials)),
             (Binding::Noise, now, byte(F::R8Unorm, inputs.noise)),
             (Binding::Ids, now, byte(F::R8Uint, inputs.ids)),
             (Binding::Flags, now, byte(F::R8Uint, inputs.flags)),

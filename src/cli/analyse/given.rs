@@ -14,7 +14,7 @@ use super::{
 use crate::{
     analyse::{
         Cameras, Inputs, Settings, reproject,
-        settings::{HalfRate, Materials, Motion, Reprojection, Stability},
+        settings::{HalfRate, Materials, MaterialsOf, Motion, Reprojection, Stability},
         written,
     },
     cli::Failure,
@@ -60,6 +60,14 @@ pub(super) struct GivenFiles {
     /// Smoothness in red and Rf0 in green, 255 for 1.
     #[arg(long, value_name = "FILE.png")]
     materials: Option<PathBuf>,
+    /// The same of the frame before, from its G-buffer: fetched along motion, of that frame's size.
+    #[arg(
+        long,
+        value_name = "FILE.png",
+        conflicts_with = "materials",
+        hide_short_help = true
+    )]
+    previous_materials: Option<PathBuf>,
     /// Where noise is, 255 for most: there the extra half rate is.
     #[arg(long, value_name = "FILE.png", hide_short_help = true)]
     noise: Option<PathBuf>,
@@ -112,6 +120,7 @@ impl GivenFiles {
             &self.matrices,
             &self.blur,
             &self.materials,
+            &self.previous_materials,
             &self.noise,
             &self.ids,
             &self.mask,
@@ -140,6 +149,10 @@ impl GivenFiles {
         }
         if self.materials.is_some() {
             settings.materials.get_or_insert_with(Materials::default);
+        }
+        if self.previous_materials.is_some() {
+            let materials = settings.materials.get_or_insert_with(Materials::default);
+            materials.of = MaterialsOf::Previous;
         }
         if self.noise.is_some() {
             settings.half_rate.get_or_insert_with(HalfRate::default);
@@ -187,8 +200,14 @@ impl GivenFiles {
                 "the settings have a lens: it needs --depth",
             ),
             (
-                settings.materials.is_some() && self.materials.is_none(),
-                "the settings have materials: --materials gives them",
+                settings.materials.is_some()
+                    && self.materials.is_none()
+                    && self.previous_materials.is_none(),
+                "the settings have materials: --materials gives them, or --previous-materials",
+            ),
+            (
+                settings.has_materials_before() && self.previous_materials.is_none(),
+                "the settings have materials of the frame before: --previous-materials gives them",
             ),
             (
                 settings.transparents && self.after.is_none(),
@@ -253,11 +272,11 @@ impl GivenFiles {
         Ok(Given {
             previous_depth: number(&self.previous_depth, before)?,
             blur: number(&self.blur, size)?,
-            materials: self
-                .materials
-                .as_deref()
-                .map(|path| layers::materials(path, size))
-                .transpose()?,
+            materials: match (&self.materials, &self.previous_materials) {
+                (Some(path), _) => Some(layers::materials(path, size)?),
+                (None, Some(path)) => Some(layers::materials(path, before)?),
+                (None, None) => None,
+            },
             noise: bytes(&self.noise)?,
             ids: bytes(&self.ids)?,
             previous_rates: self

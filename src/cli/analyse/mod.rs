@@ -30,12 +30,10 @@ use self::{
 };
 use super::Failure;
 use crate::{
-    Rate,
-    analyse::{Colour, Inputs, Settings, integer, refit::refit_k},
+    analyse::{Colour, Granularity, Inputs, Settings, integer, refit::refit_k},
     attach::{AdditionalRates, AttachOptions, Encoding, Samples, Support, Tile, cpu::attach},
     check::gpu::Gpu,
     plan::{ColourForm, Plan, Scene},
-    sri::Sri,
 };
 
 const EXAMPLES: &str = "Examples:
@@ -59,6 +57,7 @@ const EXAMPLES: &str = "Examples:
   the matrices     JSON: view_projection and previous_view_projection, four rows of four numbers each
   the settings     TOML, every line of which may be left out; an effect that is not named is not there:
                      largest = \"4x2\"               # and smoothing, stability, overshoot, half-resolution
+                     granularity = \"16x16\"         # one rate a tile; attachment = \"quad\" for the finest of a tile's quads
                      [content]                       # norm, pairs, difference, transfer, form, weights, threshold, ambient, k
                      threshold = 0.1
                      [motion]                        # blur, weight, scale
@@ -67,7 +66,7 @@ const EXAMPLES: &str = "Examples:
                      fetch = \"tile\"
                      [lens]                          # focus, infinity, most, near, far, reversed-z
                      focus = 3.0
-                     [materials]                     # least, slow, mirror
+                     [materials]                     # least, slow, mirror, of
                      [half-rate]                     # tolerance, fast
                      [foveation]                     # centre, falloff, strength
                      [safe-area]                     # width, tolerance
@@ -174,21 +173,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         ..given.inputs(sizes, &pixels, after.as_ref())
     };
     let found = analyse(arguments, &settings, &inputs)?;
-    let granularity = arguments.options.granularity;
-    let sri = uniform_in(&found.sri, size, granularity);
-    let attachment = arguments.attachment.map(|kind| {
-        let rates = uniform_in(&found.attachment, size, granularity);
-        attach(&rates, size, &attach_options(kind, arguments))
-    });
+    let sri = &found.sri;
+    let attachment = arguments
+        .attachment
+        .map(|kind| attach(&found.attachment, size, &attach_options(kind, arguments)));
     let made = Made {
         picture: &picture,
-        sri: &sri,
+        sri,
         found: &found,
         analysed_size: analysed.size(),
         attachment: attachment.as_ref(),
     };
     outputs::write(arguments, &made)?;
-    shares::print(arguments, &settings, size, &sri, attachment.as_ref())
+    shares::print(arguments, &settings, size, sri, attachment.as_ref())
 }
 
 /// The settings: those of the file or the estimator, changed by the options, with the effects that files are given for.
@@ -196,6 +193,12 @@ fn settings_of(arguments: &Arguments) -> Result<Settings, Failure> {
     let given = &arguments.given;
     let mut settings = arguments.options.settings(given.has_motion())?;
     given.turn_on(&mut settings);
+    if settings.attachment.is_tile()
+        && let Some(tile) = Granularity::of_side(arguments.tile.side())
+    {
+        // the estimate is that of the very tiles
+        settings.attachment = tile;
+    }
     if arguments.outputs.half.is_some() {
         settings.half_resolution.get_or_insert_default();
     }
@@ -267,7 +270,7 @@ fn root_of(pixels: &Pixels, size: [u32; 2], settings: &Settings) -> Result<Pixel
 
 fn analyse(arguments: &Arguments, settings: &Settings, inputs: &Inputs) -> Result<Found, Failure> {
     let refused = |error: &dyn std::fmt::Display| Failure::Misused(error.to_string());
-    inputs.check().map_err(|error| refused(&error))?;
+    inputs.check_for(settings).map_err(|error| refused(&error))?;
     let outputs = &arguments.outputs;
     let scene = Scene {
         colour: match inputs.colour {
@@ -302,20 +305,6 @@ fn analyse(arguments: &Arguments, settings: &Settings, inputs: &Inputs) -> Resul
             other => other,
         })?;
     device::run(&gpu, &plan, inputs)
-}
-
-/// Rates that hold for whole squares of pixels: the finest of each.
-fn uniform_in(sri: &Sri, [width, height]: [u32; 2], side: u32) -> Sri {
-    let (layout, quads) = (sri.layout(), side / 2);
-    let of_square = |x: u32, y: u32| {
-        let (left, top) = (x / quads * quads, y / quads * quads);
-        let all = (top..(top + quads).min(layout.height))
-            .flat_map(|y| (left..(left + quads).min(layout.width)).map(move |x| (x, y)));
-        all.map(|(x, y)| Rate::from_code_or_full(sri.code(x, y)))
-            .reduce(Rate::meet)
-            .unwrap_or(Rate::R1X1)
-    };
-    Sri::from_fn(width, height, |x, y| of_square(x, y).code())
 }
 
 fn attach_options(kind: Kind, arguments: &Arguments) -> AttachOptions {

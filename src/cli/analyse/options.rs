@@ -6,7 +6,7 @@ use clap::ValueEnum;
 
 use crate::{
     Rate,
-    analyse::{Peer, Settings, settings, written},
+    analyse::{Granularity, Peer, Settings, settings, written},
     cli::{Failure, files},
 };
 
@@ -76,9 +76,11 @@ pub(super) struct Options {
     /// The scale of the dynamic resolution, above 0 to 1: what foveation and overshoot hang on.
     #[arg(long, default_value = "1", value_name = "SCALE", value_parser = parse_scale, hide_short_help = true)]
     pub(super) resolution_scale: f64,
-    /// The side of the squares of pixels that keep one rate, the finest of theirs: 2, 4, 8, 16 or 32.
-    #[arg(long, default_value = "2", value_name = "N", value_parser = parse_granularity, hide_short_help = true)]
-    pub(super) granularity: u32,
+    /// The side of what has one estimate and one rate: 2, or 4, 8, 16 or 32 for tiles.
+    ///
+    /// A quad of 2 pixels is judged by the 4x4 pixels around it, a tile by its own pixels. 2 unless the settings say otherwise.
+    #[arg(long, value_name = "N", value_parser = parse_granularity, hide_short_help = true)]
+    granularity: Option<Granularity>,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -135,11 +137,9 @@ enum Smoothing {
     Conservative,
 }
 
-fn parse_granularity(text: &str) -> Result<u32, String> {
-    match text.parse() {
-        Ok(side @ (2 | 4 | 8 | 16 | 32)) => Ok(side),
-        _ => Err("a rate holds for squares of 2, 4, 8, 16 or 32 pixels".to_owned()),
-    }
+fn parse_granularity(text: &str) -> Result<Granularity, String> {
+    let side = text.parse().ok().and_then(Granularity::of_side);
+    side.ok_or_else(|| "a rate holds for squares of 2, 4, 8, 16 or 32 pixels".to_owned())
 }
 
 fn parse_scale(text: &str) -> Result<f64, String> {
@@ -233,6 +233,9 @@ impl Options {
         }
         if let Some(largest) = self.largest {
             all.largest = largest;
+        }
+        if let Some(granularity) = self.granularity {
+            all.granularity = granularity;
         }
         Ok(all)
     }
