@@ -532,7 +532,6 @@ fn e39_transparents_make_solids_coarser_and_never_finer() {
             &Settings::default(),
         )
         .expect("inputs")
-        .sri
     };
     let inputs = Inputs {
         after: Some(Colour::Codes(&after)),
@@ -547,10 +546,10 @@ fn e39_transparents_make_solids_coarser_and_never_finer() {
     )
     .expect("inputs");
     let (solid, seen) = (alone(&before), alone(&after));
-    assert_eq!(both.attachment, seen);
+    assert_eq!(both.attachment, seen.attachment);
     for q in 0..256 {
         let rate = |sri: &Sri| Rate::from_code_or_full(sri.code(q % 16, q / 16));
-        assert_eq!(rate(&both.sri), rate(&solid).join(rate(&seen)));
+        assert_eq!(rate(&both.sri), rate(&solid.sri).join(rate(&seen.sri)));
     }
 }
 
@@ -674,9 +673,7 @@ fn a_neutral_input_changes_no_byte() {
     let count = (size[0] * size[1]) as usize;
     let picture = natural(size, 0.7, &mut rng);
     let plain = Inputs::of_colour(size, Colour::Codes(&picture));
-    let wanted = integer::analyse(&plain, &Settings::default())
-        .expect("inputs")
-        .sri;
+    let wanted = integer::analyse(&plain, &Settings::default()).expect("inputs");
     let (still, depth) = (vec![[0.0; 2]; count], vec![0.5; count]);
     let (dull, quiet, none) = (vec![[255, 0]; count], vec![0; count], vec![0; count]);
     let full = Sri::uniform(size[0], size[1], Rate::R1X1);
@@ -707,8 +704,20 @@ fn a_neutral_input_changes_no_byte() {
         ..Settings::default()
     };
     let found = integer::analyse(&inputs, &settings).expect("inputs");
-    assert_eq!(found.sri, wanted);
-    assert_eq!(found.attachment, wanted);
+    assert_eq!(found.sri, wanted.sri);
+    assert_eq!(found.attachment, wanted.attachment);
+    // by tiles, and the attachment by quads
+    for granularity in Granularity::ALL {
+        let of = |settings: &Settings| Settings {
+            granularity,
+            attachment: Granularity::Quad,
+            ..settings.clone()
+        };
+        let found = integer::analyse(&inputs, &of(&settings)).expect("inputs");
+        let wanted = integer::analyse(&plain, &of(&Settings::default())).expect("inputs");
+        assert_eq!(found.sri, wanted.sri, "{granularity:?}");
+        assert_eq!(found.attachment, wanted.sri, "{granularity:?}");
+    }
 }
 
 #[test]
@@ -822,7 +831,7 @@ fn bound(module: &naga::Module) -> Vec<u32> {
 fn kernels_bind_what_their_plan_says_and_nothing_else() {
     use crate::{
         kernel::{compose, shader},
-        plan::{Plan, Scene},
+        plan::{Binding, Plan, Scene},
     };
     let everything = Scene {
         after_transparents: true,
@@ -914,6 +923,22 @@ fn kernels_bind_what_their_plan_says_and_nothing_else() {
             },
             4,
         ),
+        (
+            bare,
+            Settings {
+                granularity: Granularity::Tile16,
+                ..Settings::default()
+            },
+            4,
+        ),
+        (
+            everything,
+            Settings {
+                attachment: Granularity::Quad,
+                ..Settings::default()
+            },
+            8,
+        ),
         (everything, Settings::default(), 8),
         (
             everything,
@@ -930,7 +955,20 @@ fn kernels_bind_what_their_plan_says_and_nothing_else() {
         let mut wanted: Vec<u32> = plan.bindings.iter().map(|b| b.index()).collect();
         wanted.sort_unstable();
         // the luma's kernel shares the group
-        let mut found = bound(&compose(shader!("analyse.wgsl"), &plan.defs()));
+        let first = match settings.granularity {
+            Granularity::Quad => shader!("analyse.wgsl"),
+            _ => shader!("tiles.wgsl"),
+        };
+        let mut found = bound(&compose(first, &plan.defs()));
+        if plan.has_attachment_of_its_own() {
+            // and so does that of the attachment's tiles, which has no other output
+            let of_tiles = bound(&compose(shader!("tiles.wgsl"), &plan.defs_of_attachment()));
+            for output in [Binding::Rates, Binding::Reasons, Binding::PlainRates] {
+                assert!(!of_tiles.contains(&output.index()), "{plan}");
+            }
+            assert!(!found.contains(&Binding::Attachment.index()), "{plan}");
+            found.extend(of_tiles);
+        }
         if plan.pass("write_luma.wgsl").is_some() {
             found.extend(bound(&compose(shader!("write_luma.wgsl"), &plan.defs())));
         }

@@ -5,6 +5,7 @@ mod common;
 
 mod cameras;
 mod chance;
+mod granularity;
 mod made;
 mod neutral;
 mod oracle;

@@ -1,14 +1,17 @@
 //! The kernel against the oracle in f64.
 
+use std::collections::BTreeSet;
+
 use fastrand::Rng;
 use vrcs::{
     Plan, Rate, Scene,
     analyse::{
         Analysis, Cameras, Colour, Frame, HalfResolution, Inputs, Lens, OwnRates, exact,
-        own::{IdRates, Particles},
+        own::{DistanceLadder, IdRates, Particles},
         settings::*,
     },
     plan::{Binding, ColourForm},
+    rate::Combiner,
 };
 
 use crate::{common, made::Made};
@@ -122,6 +125,8 @@ const EFFECTS: &[Effect] = &[
     ("the quad's own pairs, absolute", |_, settings| {
         settings.content.pairs = Pairs::Quad;
         settings.content.form = Form::Absolute;
+        // amid the errors of these pictures
+        settings.content.threshold = 0.02;
     }),
     ("Sobel, maximum", |_, settings| {
         settings.content.pairs = Pairs::Sobel;
@@ -152,12 +157,16 @@ const EFFECTS: &[Effect] = &[
         scene.depth = true;
         settings.reprojection = Some(Reprojection::default());
     }),
-    ("reprojection by tile", |scene, settings| {
-        (scene.cameras, scene.depth) = (true, true);
+    ("reprojection by tile, materials of the frame before", |scene, settings| {
+        (scene.cameras, scene.depth, scene.materials) = (true, true, true);
         settings.motion = Some(Motion::default());
+        settings.materials = Some(Materials {
+            of: MaterialsOf::Previous,
+            mirror: 2.0,
+            ..Materials::default()
+        });
         settings.reprojection = Some(Reprojection {
             fetch: Fetch::Tile,
-            tolerance: f64::INFINITY,
             ..Reprojection::default()
         });
     }),
@@ -165,6 +174,48 @@ const EFFECTS: &[Effect] = &[
         moving(scene, settings, Blur::Scaled);
         scene.materials = true;
         settings.materials = Some(Materials::default());
+    }),
+    ("materials of the frame before, along motion", |scene, settings| {
+        moving(scene, settings, Blur::Scaled);
+        (scene.depth, scene.materials) = (true, true);
+        settings.reprojection = Some(Reprojection {
+            tolerance: f64::INFINITY,
+            ..Reprojection::default()
+        });
+        settings.materials = Some(Materials {
+            of: MaterialsOf::Previous,
+            mirror: 0.97,
+            ..Materials::default()
+        });
+    }),
+    ("tiles of 4 pixels, transparents", |scene, settings| {
+        settings.granularity = Granularity::Tile4;
+        (scene.after_transparents, settings.transparents) = (true, true);
+    }),
+    ("tiles of 8 pixels, motion, extra half rate", |scene, settings| {
+        moving(scene, settings, Blur::Scaled);
+        settings.granularity = Granularity::Tile8;
+        settings.half_rate = Some(HalfRate::default());
+    }),
+    ("tiles of 16 pixels, reprojection, foveation", |scene, settings| {
+        moving(scene, settings, Blur::Scaled);
+        settings.granularity = Granularity::Tile16;
+        settings.reprojection = Some(Reprojection::default());
+        settings.foveation = Some(Foveation {
+            falloff: vec![[0.2, 0.7], [1.5, 2.0]],
+            ..Foveation::default()
+        });
+        settings.safe_area = Some(SafeArea::default());
+    }),
+    ("tiles of 32 pixels, pairwise, hysteresis, neighbours' limit", |scene, settings| {
+        settings.granularity = Granularity::Tile32;
+        settings.content.form = Form::Pairwise { sensitivity: 0.07 };
+        scene.previous_rates = true;
+        settings.stability = Stability::Hysteresis;
+        settings.smoothing = Smoothing::Limit;
+    }),
+    ("the attachment by quads", |_, settings| {
+        settings.attachment = Granularity::Quad;
     }),
     ("hysteresis", |scene, settings| {
         scene.previous_rates = true;
@@ -215,6 +266,24 @@ const EFFECTS: &[Effect] = &[
             ..OwnRates::default()
         });
     }),
+    ("own rates by distance", |scene, settings| {
+        scene.depth = true;
+        settings.own = Some(OwnRates {
+            // depths are around 0.3, distances around 0.32
+            distance: Some(DistanceLadder {
+                steps: [
+                    (0.1 / 0.314, Rate::R2X1),
+                    (0.1 / 0.309, Rate::R2X2),
+                    (0.1 / 0.304, Rate::R4X4),
+                    (f64::INFINITY, Rate::R1X1),
+                ],
+                combiner: Combiner::Override,
+                far: 500.0,
+                ..DistanceLadder::default()
+            }),
+            ..OwnRates::default()
+        });
+    }),
     ("neighbours' limit", |_, settings| {
         settings.smoothing = Smoothing::Limit;
     }),
@@ -224,8 +293,23 @@ const EFFECTS: &[Effect] = &[
     }),
 ];
 
-/// Of an effect: quads that differ from the oracle's, quads whose errors lie in the derived band, all.
-fn held(gpu: &vrcs::check::gpu::Gpu, effect: &Effect, rng: &mut Rng) -> [usize; 3] {
+/// Vectors that grow over the picture, in steps that positions have, and a few that are none.
+fn vectors(size: [u32; 2], rng: &mut Rng) -> Vec<[f32; 2]> {
+    let at = |at: u32, side: u32, most: u32| (at * most * 64 / side) as f32 / 64.0;
+    (0..size[0] * size[1])
+        .map(|i| match rng.u32(..900) {
+            0 => [f32::NAN, 0.5],
+            _ => [at(i % size[0], size[0], 7), -at(i / size[0], size[1], 5)],
+        })
+        .collect()
+}
+
+/// Of an effect: quads that differ from the oracle's, quads whose errors lie in the derived band, all; and the rates of compute passes.
+fn held(
+    gpu: &vrcs::check::gpu::Gpu,
+    effect: &Effect,
+    rng: &mut Rng,
+) -> ([usize; 3], BTreeSet<u8>) {
     let (name, declare) = effect;
     let mut settings = Settings {
         // both thresholds decide
@@ -245,19 +329,38 @@ fn held(gpu: &vrcs::check::gpu::Gpu, effect: &Effect, rng: &mut Rng) -> [usize; 
     let frame = Frame {
         resolution_scale: 0.7,
         cameras: scene.cameras.then(|| {
-            let still = glam::DMat4::orthographic_rh(-1.0, 1.0, -1.0, 1.0, 8.0, 0.0);
+            let now = glam::DMat4::orthographic_rh(-1.0, 1.0, -1.0, 1.0, 8.0, 0.0);
+            // what is further moves further, by parts of a pixel
+            let mut shear = glam::DMat4::IDENTITY;
+            shear.z_axis.x = 1.0 / 256.0;
             Cameras {
-                now: still,
-                before: still,
+                now,
+                before: now * shear,
             }
         }),
         ..Frame::of_size(size)
     };
     let mut counts = [0; 3];
+    let mut rates = BTreeSet::new();
     for kind in 0..3 {
         let mut made = Made::new(size, size, rng);
         made.codes = picture(kind, size, rng);
         made.after_codes = picture((kind + 1) % 3, size, rng);
+        made.motion = vectors(size, rng);
+        if settings.reprojection.is_none() {
+            // no position hangs on them
+            for vector in made.motion.as_flattened_mut() {
+                *vector += rng.f32() / 64.0;
+            }
+        }
+        if scene.cameras {
+            made.depth = (0..size[0] * size[1])
+                .map(|i| [0.25, 0.5, 0.75][(i / 40 % 3) as usize])
+                .collect();
+            made.previous_depth.fill(0.25);
+            let middle = made.previous_depth.len() / 2;
+            made.previous_depth[middle] = 0.7;
+        }
         made.sqrt = made.codes.iter().map(|code| code[0]).collect();
         let light = |code: &[u8; 4]| code.map(|c| (f32::from(c) / 255.0).powi(2));
         made.linear = made.codes.iter().map(light).collect();
@@ -265,32 +368,40 @@ fn held(gpu: &vrcs::check::gpu::Gpu, effect: &Effect, rng: &mut Rng) -> [usize; 
         let wanted = exact::analyse(&made.inputs(&plan, &frame), &settings).expect("inputs");
         let output = &wanted.output;
         let layout = output.sri.layout();
-        // rates of 4 hold for blocks of four quads that agree, and smoothing hands a rate on to the quads around
+        // rates of 4 hold for blocks of four quads that agree, and smoothing hands a rate on to those around
         let reach = u32::from(settings.smoothing != Smoothing::None);
-        let from = |at: u32| at.saturating_sub(reach) & !1;
-        let to = |at: u32, side: u32| ((at + reach) | 1).min(side - 1);
-        let doubtful = |x: u32, y: u32| {
-            (from(y)..=to(y, layout.height)).any(|y| {
-                (from(x)..=to(x, layout.width))
-                    .any(|x| wanted.doubtful[(y * layout.width + x) as usize])
+        // tiles hand theirs on to tiles
+        let around = |which: &[bool], granularity: Granularity, x: u32, y: u32| {
+            let side = (granularity.side() / 2).max(2);
+            let reach = reach * side.max(2);
+            let low = |at: u32| at.saturating_sub(reach) / side * side;
+            let high = |at: u32, most: u32| ((at + reach) / side * side + side).min(most);
+            (low(y)..high(y, layout.height)).any(|y| {
+                (low(x)..high(x, layout.width)).any(|x| which[(y * layout.width + x) as usize])
             })
         };
+        let of_rates = settings.granularity_of_rates();
+        let doubtful = |x: u32, y: u32| around(&wanted.doubtful, of_rates, x, y);
+        let of_attachment = settings.granularity_of_attachment();
+        let attached = |x, y| around(&wanted.attachment_doubtful, of_attachment, x, y);
         for (x, y) in (0..layout.height).flat_map(|y| (0..layout.width).map(move |x| (x, y))) {
             let at = (y * layout.pitch + x) as usize;
-            let mut all = vec![(got[0][at], output.sri.code(x, y))];
-            all.push((got[1][at], output.attachment.code(x, y)));
+            let (is_doubtful, is_attached) = (doubtful(x, y), attached(x, y));
+            let mut all = vec![(got[0][at], output.sri.code(x, y), is_doubtful)];
+            all.push((got[1][at], output.attachment.code(x, y), is_attached));
             if scene.plain_rates {
-                all.push((got[5][at], output.plain.code(x, y)));
+                all.push((got[5][at], output.plain.code(x, y), is_doubtful));
             }
-            let is_same = all.iter().all(|(got, wanted)| got == wanted);
-            let is_doubtful = doubtful(x, y);
-            assert!(
-                is_same || is_doubtful,
-                "{name}, picture {kind}: {x},{y}: {all:?}"
-            );
-            counts[0] += usize::from(!is_same);
+            for &(got, wanted, may) in &all {
+                assert!(
+                    got == wanted || may,
+                    "{name}, picture {kind}: {x},{y}: {all:?}"
+                );
+            }
+            counts[0] += usize::from(all.iter().any(|(got, wanted, _)| got != wanted));
             counts[1] += usize::from(is_doubtful);
             counts[2] += 1;
+            rates.insert(output.sri.code(x, y));
         }
         if plan.bindings.contains(&Binding::HalfRates) {
             let half = output.half.as_ref().expect("asked for");
@@ -306,7 +417,7 @@ fn held(gpu: &vrcs::check::gpu::Gpu, effect: &Effect, rng: &mut Rng) -> [usize; 
             }
         }
     }
-    counts
+    (counts, rates)
 }
 
 /// For every effect: the kernel's rates are those of the oracle in f64 on every quad, but where its own error lies so near to a threshold
@@ -318,13 +429,20 @@ fn the_gpu_equals_the_f64_twin_for_every_effect() {
     let mut rng = Rng::with_seed(common::seed());
     let mut sums = [0; 3];
     for effect in EFFECTS {
-        let counts = held(&gpu, effect, &mut rng);
+        let (counts, rates) = held(&gpu, effect, &mut rng);
         let [apart, may, all] = counts;
         println!(
             "{}: {apart} of {all} quads differ, {may} in the band",
             effect.0
         );
         assert!(apart * 20 < all, "{}: {counts:?}", effect.0);
+        // a case that decides nothing, or comes near to no threshold, or that leaves all in doubt, shows nothing; but of large tiles
+        // there are too few for chance
+        let few = ["tiles of 32", "tiles of 16", "reprojection by tile"];
+        let has_few = few.iter().any(|name| effect.0.starts_with(name));
+        assert!(has_few || rates.len() > 2, "{}: {rates:?}", effect.0);
+        assert!(has_few || 0 < may, "{}: {counts:?}", effect.0);
+        assert!(has_few || may * 3 < all, "{}: {counts:?}", effect.0);
         sums = std::array::from_fn(|i| sums[i] + counts[i]);
     }
     let [apart, may, all] = sums;

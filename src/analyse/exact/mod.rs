@@ -38,6 +38,8 @@ pub struct Exact {
     /// Whether any number of the quad lies so near to a threshold that the deterministic path may decide otherwise, row by row: nearer
     /// than what its quantisation can do to both, as derived from these very pixels. See `doubt` in the source.
     pub doubtful: Vec<bool>,
+    /// The same of the attachment's rates, which may be of other areas.
+    pub attachment_doubtful: Vec<bool>,
 }
 
 /// Runs the stage exactly.
@@ -633,11 +635,10 @@ impl Reals<'_> {
         let raw_plain = image(quads, |q| q.plain, |q| q.errors);
         let raw_attachment = image(attached, |q| q.attachment, |q| q.attachment_errors);
         let smooth = smoothed(&raw, side);
-        let mut doubtful: Vec<bool> = quads
-            .iter()
-            .zip(attached)
-            .map(|(quad, attached)| quad.is_doubtful || attached.is_doubtful)
-            .collect();
+        let doubtful_of = |all: &[Found]| -> Vec<bool> {
+            all.iter().map(|found| found.is_doubtful).collect()
+        };
+        let mut doubtful = doubtful_of(quads);
         let own = later::with_own(&smooth, inputs, settings, &mut doubtful);
         let plain = later::with_own(&smoothed(&raw_plain, side), inputs, settings, &mut doubtful);
         let sri_of = |rates: &[Rate]| {
@@ -671,6 +672,7 @@ impl Reals<'_> {
             },
             margins: quads.iter().map(|quad| quad.margin).collect(),
             doubtful,
+            attachment_doubtful: doubtful_of(attached),
         }
     }
 
