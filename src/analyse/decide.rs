@@ -11,11 +11,13 @@ use super::{
     optics::Optics,
     params::Params,
     past::NoSource,
-    pipeline::Logs,
     reasons::Reason,
     settings::{Blur, Settings},
 };
 use crate::rate::Rate;
+
+/// Log2 of a rate on both axes.
+pub type Logs = [u8; 2];
 
 /// What a decision depends on beside the sums of pixels.
 #[derive(Clone, Copy, Debug, Default)]
@@ -335,7 +337,7 @@ pub(super) fn logs_cap(params: &Params) -> Logs {
 }
 
 /// No 4 beside a 1.
-pub(super) fn legal([x, y]: Logs) -> Logs {
+pub fn legal([x, y]: Logs) -> Logs {
     [
         if y == 0 { x.min(1) } else { x },
         if x == 0 { y.min(1) } else { y },
@@ -344,11 +346,7 @@ pub(super) fn legal([x, y]: Logs) -> Logs {
 
 /// The extra half rate's rule: what was coarse on both axes takes the second look's rate where that is finer, and stays coarse
 /// on the axis of the smaller error if the second look would have neither.
-pub(super) fn half_rate(
-    rate: Logs,
-    second: Logs,
-    is_flatter_across: impl FnOnce() -> bool,
-) -> Logs {
+pub fn half_rate(rate: Logs, second: Logs, is_flatter_across: impl FnOnce() -> bool) -> Logs {
     let met = legal([rate[0].min(second[0]), rate[1].min(second[1])]);
     match met {
         [0, 0] if is_flatter_across() => [1, 0],

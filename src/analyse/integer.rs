@@ -3,9 +3,9 @@
 //! *Guarantees*: within 1 % of a threshold it may differ from the [exact](super::exact) stage; elsewhere not.
 
 use super::{
+    decide::Place,
     fixed::{self, FACTOR_ONE, Mag, ONE},
     inputs::{Colour, Inputs, Output, WrongInput},
-    decide::Place,
     params::{self, Params, TABLE_FALLOFF, TABLE_SPEEDS},
     pipeline,
     settings::{Difference, Form, Norm, Pairs, Settings},
@@ -279,7 +279,12 @@ impl Integers<'_> {
     }
 
     /// The same of a tile's own pixels, row by row; the tile starts at even places.
-    pub(super) fn tile(&self, picture: usize, sources: &[u32], [width, height]: [u32; 2]) -> Window {
+    pub(super) fn tile(
+        &self,
+        picture: usize,
+        sources: &[u32],
+        [width, height]: [u32; 2],
+    ) -> Window {
         let content = &self.settings.content;
         let pixels: Vec<Pixel> = sources
             .iter()
@@ -319,7 +324,14 @@ impl Integers<'_> {
                         })
                     }
                     _ => (is_taken && along + 1 < end).then(|| {
-                        let (a, b) = (at(x, y), if axis == 0 { at(x + 1, y) } else { at(x, y + 1) });
+                        let (a, b) = (
+                            at(x, y),
+                            if axis == 0 {
+                                at(x + 1, y)
+                            } else {
+                                at(x, y + 1)
+                            },
+                        );
                         (self.difference(a, b), a.luma.min(b.luma))
                     }),
                 };
@@ -349,7 +361,14 @@ impl Integers<'_> {
     }
 
     /// Whether the error of a rate of 2^`log2` on an axis is surely below the threshold; `again` for the second look.
-    pub(super) fn is_below(&self, window: &Window, axis: usize, log2: u8, place: &Place, again: bool) -> bool {
+    pub(super) fn is_below(
+        &self,
+        window: &Window,
+        axis: usize,
+        log2: u8,
+        place: &Place,
+        again: bool,
+    ) -> bool {
         let params = self.params;
         let content = &self.settings.content;
         let entry = TABLE_SPEEDS + 2 * place.speed[axis] as usize + usize::from(log2 > 1);

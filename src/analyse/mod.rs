@@ -9,6 +9,7 @@
 //! | [`refit`] | k, b_H and b_Q by their definitions | Eq. 13, 17 to 19 |
 //! | [`reproject`] | camera motion from depth and matrices | §5.2 |
 //! | [`tiles`] | the stage by tiles of 16×16 pixels | GDC, passes 1 and 2 |
+//! | [`decide`] | what a quad or a tile gets | Eq. 16 and 22; GDC pass 2; DOOM |
 //! | [`smoothing`] | limits between neighbours | §5.4; GDC pass 3 |
 //! | [`optics`] | a camera's motion on the GPU, a lens's blur | §5.2; DOOM, "Post Process Blurs" |
 //! | [`own`] | the application's own rates, by combiners | GDC; Wicked Engine |
@@ -32,7 +33,7 @@
 mod after;
 pub mod analyser;
 pub mod content;
-mod decide;
+pub mod decide;
 pub mod exact;
 pub mod fixed;
 pub mod gpu;

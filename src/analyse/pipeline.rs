@@ -11,7 +11,7 @@
 //! *Guarantees*: any doubt means full rate; 4x1 and 1x4 never come out.
 
 use super::{
-    decide::{Quad, Stage},
+    decide::{Logs, Quad, Stage},
     inputs::{Inputs, Output, WrongInput, flags},
     integer::Integers,
     motion,
@@ -26,9 +26,6 @@ use crate::{
     rate::Rate,
     sri::{Sri, SriLayout},
 };
-
-/// Log2 of a rate on both axes.
-pub(super) type Logs = [u8; 2];
 
 /// Whether the inputs serve the settings: of both twins.
 pub(super) fn check(inputs: &Inputs, settings: &Settings) -> Result<(), WrongInput> {
@@ -217,8 +214,8 @@ fn decided(stage: &Stage, granularity: Granularity) -> Vec<Quad> {
         .settings
         .is_by_tiles()
         .then(|| super::tiles::data(stage));
-    for tile in (0..height.div_ceil(side))
-        .flat_map(|y| (0..width.div_ceil(side)).map(move |x| [x, y]))
+    for tile in
+        (0..height.div_ceil(side)).flat_map(|y| (0..width.div_ceil(side)).map(move |x| [x, y]))
     {
         let found = match &data {
             Some(data) => super::tiles::rate(stage, data, tile),
@@ -240,8 +237,7 @@ fn agree_in_blocks(quads: &mut [Quad], layout: SriLayout, largest: Rate) {
         for x in (0..layout.width).step_by(2) {
             let places: [Option<usize>; 4] = std::array::from_fn(|i| {
                 let (qx, qy) = (x + i as u32 % 2, y + i as u32 / 2);
-                (qx < layout.width && qy < layout.height)
-                    .then(|| (qy * layout.width + qx) as usize)
+                (qx < layout.width && qy < layout.height).then(|| (qy * layout.width + qx) as usize)
             });
             let four = places.map(|at| at.map(|at| quads[at]));
             let of = |logs: fn(&Quad) -> Logs, error: fn(&Quad) -> [f64; 2]| {

@@ -6,12 +6,7 @@ use super::settings::{Granularity, Smoothing};
 use crate::sri::Sri;
 
 /// Smooths an image of rates for a picture of `size` pixels, whose rates are each of a quad or of a tile: then neighbours are tiles.
-pub fn smooth(
-    sri: &Sri,
-    size: [u32; 2],
-    smoothing: Smoothing,
-    granularity: Granularity,
-) -> Sri {
+pub fn smooth(sri: &Sri, size: [u32; 2], smoothing: Smoothing, granularity: Granularity) -> Sri {
     let step = granularity.side() / 2;
     match smoothing {
         Smoothing::None => sri.clone(),
@@ -95,7 +90,10 @@ mod tests {
             }
         }
         let plain = Sri::uniform(12, 12, Rate::R2X2);
-        assert_eq!(smooth(&plain, [12, 12], Smoothing::Conservative, Granularity::Quad), plain);
+        assert_eq!(
+            smooth(&plain, [12, 12], Smoothing::Conservative, Granularity::Quad),
+            plain
+        );
     }
 
     #[test]

@@ -221,10 +221,7 @@ pub(super) fn rate(stage: &Stage, data: &[Data], tile: [u32; 2]) -> Quad {
         rate,
         attachment: rate,
         plain: rate,
-        reason: match (
-            rate == logs_cap(params),
-            settings.is_by_motion_alone(),
-        ) {
+        reason: match (rate == logs_cap(params), settings.is_by_motion_alone()) {
             (true, _) => Reason::None,
             (false, true) => Reason::Motion,
             (false, false) => Reason::Content,

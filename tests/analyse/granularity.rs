@@ -89,8 +89,8 @@ fn a_tiles_error_is_the_root_mean_square_over_all_its_pairs_against_its_mean_lum
         };
         // half the tile is 0.2 and half 0.2 + d, so that I_avg is 0.2 + d / 2
         let content = Content::default();
-        let visible = 2.0 * content.threshold * (0.2 + content.ambient)
-            / (1.0 / root - content.threshold);
+        let visible =
+            2.0 * content.threshold * (0.2 + content.ambient) / (1.0 / root - content.threshold);
         match visible < 0.75 {
             true => {
                 assert_eq!(code(visible * 0.99), Rate::R2X2.code(), "{tile:?}");
@@ -133,7 +133,8 @@ fn every_quad_of_a_tile_has_its_rate_and_rates_of_4_need_whole_blocks() {
             let (layout, quads) = (found.layout(), tile.side() / 2);
             for (x, y) in (0..layout.height).flat_map(|y| (0..layout.width).map(move |x| (x, y))) {
                 let own = Rate::from_code(found.code(x, y)).expect("a rate");
-                let first = Rate::from_code_or_full(found.code(x / quads * quads, y / quads * quads));
+                let first =
+                    Rate::from_code_or_full(found.code(x / quads * quads, y / quads * quads));
                 let is_whole = (x | 1) < layout.width && (y | 1) < layout.height;
                 match is_whole {
                     true if quads > 1 => assert_eq!(own.meet(Rate::R2X2), first.meet(Rate::R2X2)),
@@ -167,7 +168,11 @@ fn e26_transposing_the_picture_transposes_the_rates_of_tiles() {
             let [other, _] = fixed(turned, &grey(turned, |x, y| at(y, x)), &settings);
             for (x, y) in (0..19).flat_map(|y| (0..31).map(move |x| (x, y))) {
                 let wanted = Rate::from_code_or_full(one.code(x, y)).transposed();
-                assert_eq!(other.code(y, x), wanted.code(), "{tile:?} {pairs:?} {x},{y}");
+                assert_eq!(
+                    other.code(y, x),
+                    wanted.code(),
+                    "{tile:?} {pairs:?} {x},{y}"
+                );
             }
         }
         // vertical stripes stay fine across and go coarse down
@@ -183,7 +188,10 @@ fn e1_e22_a_pixel_in_doubt_keeps_its_tile_fine_and_what_no_pair_tells_of_is_fine
     for tile in TILES {
         let (side, size) = (tile.side(), [tile.side() * 2, tile.side() * 2]);
         for bad in [f32::NAN, f32::INFINITY, -0.5, 2.0] {
-            let picture = grey(size, |x, y| if (x, y) == (side, side - 1) { bad } else { 0.4 });
+            let picture = grey(
+                size,
+                |x, y| if (x, y) == (side, side - 1) { bad } else { 0.4 },
+            );
             let [found, _] = rates(size, &picture, &by(tile));
             let quads = side / 2;
             for (x, y) in (0..side).flat_map(|y| (0..side).map(move |x| (x, y))) {
@@ -231,7 +239,10 @@ fn the_attachment_is_by_tiles_unless_it_is_asked_for_by_quads_and_each_costs_wha
     let picture = grey(size, |x, _| if x == 21 { 0.7 } else { 0.4 });
     let [of_quads, by_tile] = rates(size, &picture, &Settings::default());
     let [same, by_quads] = rates(size, &picture, &quads);
-    assert_eq!(of_quads, same, "the attachment changes no rate of compute passes");
+    assert_eq!(
+        of_quads, same,
+        "the attachment changes no rate of compute passes"
+    );
     assert_eq!(by_tile, Sri::uniform(64, 64, Rate::R2X2));
     assert_eq!(by_quads, of_quads);
     assert_eq!(by_quads.code(10, 0), Rate::R1X2.code());
@@ -287,7 +298,9 @@ fn a_tiles_own_estimate_is_seldom_finer_than_its_finest_quad() {
             all += 1;
         }
     }
-    println!("{coarser} of {all} tiles are coarser by their own pixels than by their finest quad, {finer} finer");
+    println!(
+        "{coarser} of {all} tiles are coarser by their own pixels than by their finest quad, {finer} finer"
+    );
     assert!(coarser > 0 && finer * 20 < all, "{coarser} {finer} {all}");
 }
 
@@ -296,7 +309,15 @@ fn a_tiles_own_estimate_is_seldom_finer_than_its_finest_quad() {
 fn the_gpu_makes_the_bytes_of_its_twin_for_every_tile_and_size() {
     let gpu = common::gpu();
     let mut rng = Rng::with_seed(common::seed());
-    let sizes = [[1u32, 1], [2, 3], [17, 33], [31, 8], [32, 32], [65, 40], [100, 7]];
+    let sizes = [
+        [1u32, 1],
+        [2, 3],
+        [17, 33],
+        [31, 8],
+        [32, 32],
+        [65, 40],
+        [100, 7],
+    ];
     for tile in TILES {
         for size in sizes {
             let scene = Scene {

@@ -157,63 +157,78 @@ const EFFECTS: &[Effect] = &[
         scene.depth = true;
         settings.reprojection = Some(Reprojection::default());
     }),
-    ("reprojection by tile, materials of the frame before", |scene, settings| {
-        (scene.cameras, scene.depth, scene.materials) = (true, true, true);
-        settings.motion = Some(Motion::default());
-        settings.materials = Some(Materials {
-            of: MaterialsOf::Previous,
-            mirror: 2.0,
-            ..Materials::default()
-        });
-        settings.reprojection = Some(Reprojection {
-            fetch: Fetch::Tile,
-            ..Reprojection::default()
-        });
-    }),
+    (
+        "reprojection by tile, materials of the frame before",
+        |scene, settings| {
+            (scene.cameras, scene.depth, scene.materials) = (true, true, true);
+            settings.motion = Some(Motion::default());
+            settings.materials = Some(Materials {
+                of: MaterialsOf::Previous,
+                mirror: 2.0,
+                ..Materials::default()
+            });
+            settings.reprojection = Some(Reprojection {
+                fetch: Fetch::Tile,
+                ..Reprojection::default()
+            });
+        },
+    ),
     ("materials in slow motion", |scene, settings| {
         moving(scene, settings, Blur::Scaled);
         scene.materials = true;
         settings.materials = Some(Materials::default());
     }),
-    ("materials of the frame before, along motion", |scene, settings| {
-        moving(scene, settings, Blur::Scaled);
-        (scene.depth, scene.materials) = (true, true);
-        settings.reprojection = Some(Reprojection {
-            tolerance: f64::INFINITY,
-            ..Reprojection::default()
-        });
-        settings.materials = Some(Materials {
-            of: MaterialsOf::Previous,
-            mirror: 0.97,
-            ..Materials::default()
-        });
-    }),
+    (
+        "materials of the frame before, along motion",
+        |scene, settings| {
+            moving(scene, settings, Blur::Scaled);
+            (scene.depth, scene.materials) = (true, true);
+            settings.reprojection = Some(Reprojection {
+                tolerance: f64::INFINITY,
+                ..Reprojection::default()
+            });
+            settings.materials = Some(Materials {
+                of: MaterialsOf::Previous,
+                mirror: 0.97,
+                ..Materials::default()
+            });
+        },
+    ),
     ("tiles of 4 pixels, transparents", |scene, settings| {
         settings.granularity = Granularity::Tile4;
         (scene.after_transparents, settings.transparents) = (true, true);
     }),
-    ("tiles of 8 pixels, motion, extra half rate", |scene, settings| {
-        moving(scene, settings, Blur::Scaled);
-        settings.granularity = Granularity::Tile8;
-        settings.half_rate = Some(HalfRate::default());
-    }),
-    ("tiles of 16 pixels, reprojection, foveation", |scene, settings| {
-        moving(scene, settings, Blur::Scaled);
-        settings.granularity = Granularity::Tile16;
-        settings.reprojection = Some(Reprojection::default());
-        settings.foveation = Some(Foveation {
-            falloff: vec![[0.2, 0.7], [1.5, 2.0]],
-            ..Foveation::default()
-        });
-        settings.safe_area = Some(SafeArea::default());
-    }),
-    ("tiles of 32 pixels, pairwise, hysteresis, neighbours' limit", |scene, settings| {
-        settings.granularity = Granularity::Tile32;
-        settings.content.form = Form::Pairwise { sensitivity: 0.07 };
-        scene.previous_rates = true;
-        settings.stability = Stability::Hysteresis;
-        settings.smoothing = Smoothing::Limit;
-    }),
+    (
+        "tiles of 8 pixels, motion, extra half rate",
+        |scene, settings| {
+            moving(scene, settings, Blur::Scaled);
+            settings.granularity = Granularity::Tile8;
+            settings.half_rate = Some(HalfRate::default());
+        },
+    ),
+    (
+        "tiles of 16 pixels, reprojection, foveation",
+        |scene, settings| {
+            moving(scene, settings, Blur::Scaled);
+            settings.granularity = Granularity::Tile16;
+            settings.reprojection = Some(Reprojection::default());
+            settings.foveation = Some(Foveation {
+                falloff: vec![[0.2, 0.7], [1.5, 2.0]],
+                ..Foveation::default()
+            });
+            settings.safe_area = Some(SafeArea::default());
+        },
+    ),
+    (
+        "tiles of 32 pixels, pairwise, hysteresis, neighbours' limit",
+        |scene, settings| {
+            settings.granularity = Granularity::Tile32;
+            settings.content.form = Form::Pairwise { sensitivity: 0.07 };
+            scene.previous_rates = true;
+            settings.stability = Stability::Hysteresis;
+            settings.smoothing = Smoothing::Limit;
+        },
+    ),
     ("the attachment by quads", |_, settings| {
         settings.attachment = Granularity::Quad;
     }),
@@ -305,11 +320,7 @@ fn vectors(size: [u32; 2], rng: &mut Rng) -> Vec<[f32; 2]> {
 }
 
 /// Of an effect: quads that differ from the oracle's, quads whose errors lie in the derived band, all; and the rates of compute passes.
-fn held(
-    gpu: &vrcs::check::gpu::Gpu,
-    effect: &Effect,
-    rng: &mut Rng,
-) -> ([usize; 3], BTreeSet<u8>) {
+fn held(gpu: &vrcs::check::gpu::Gpu, effect: &Effect, rng: &mut Rng) -> ([usize; 3], BTreeSet<u8>) {
     let (name, declare) = effect;
     let mut settings = Settings {
         // both thresholds decide

@@ -4,8 +4,8 @@ use proptest::{prelude::*, test_runner::TestCaseResult};
 use vrcs::{
     Rate,
     analyse::{
-        Colour, HalfResolution, Inputs, OwnRates, Settings, fixed, half, inputs::flags, integer,
-        motion, own::*, params::inverse_distance, pipeline, settings::*,
+        Colour, HalfResolution, Inputs, OwnRates, Settings, decide, fixed, half, inputs::flags,
+        integer, motion, own::*, params::inverse_distance, settings::*,
     },
     rate::{Combiner, LargestAxis},
     sri::Sri,
@@ -34,7 +34,7 @@ pub const FAMILY: Family = Family {
             name: "random pictures with values that are none, under random settings and own rates",
             hazard: "4x1 and 1x4 come out of axes that are decided one by one; NaN makes a quad coarse",
             bound: "only the seven codes, nothing above the largest, 1x1 wherever a window holds doubt or a flag asks for it, in rates, attachment and half resolution",
-            guard: "fixed::quantise and the places where axes become codes: pipeline::legal, agree and code",
+            guard: "fixed::quantise and the places where axes become codes: decide::legal, agree and code",
             run: any_picture,
         },
         Case {
@@ -42,7 +42,7 @@ pub const FAMILY: Family = Family {
             name: "the extra half rate's rule over every rate, second look and order of errors",
             hazard: "the second look makes a quad 1x1, or coarser than the first",
             bound: "never 1x1, never coarser on either axis, and one of the seven codes",
-            guard: "the arm [0, 0] of pipeline::half_rate; without it a second look of 1x1 is taken (tried: 2x2, then 0, gives 1x1)",
+            guard: "the arm [0, 0] of decide::half_rate; without it a second look of 1x1 is taken (tried: 2x2, then 0, gives 1x1)",
             run: second_looks,
         },
         Case {
@@ -234,7 +234,7 @@ fn second_looks() -> Result<String, String> {
             for error in [[0.0, 0.0], [1.0, 2.0], [2.0, 1.0]] {
                 let logs = [first.code() >> 2, first.code() & 3];
                 let out =
-                    pipeline::half_rate(logs, [second % 3, second / 3], || error[0] <= error[1]);
+                    decide::half_rate(logs, [second % 3, second / 3], || error[0] <= error[1]);
                 let rate = Rate::from_code(out[0] << 2 | out[1]);
                 let holds = rate.is_some_and(|rate| rate != Rate::R1X1 && rate.is_within(first));
                 if !holds {

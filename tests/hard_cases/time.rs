@@ -27,7 +27,7 @@ pub const FAMILY: Family = Family {
             name: "teleports: vectors of 1e9 to 1e30, NaN and ∞; whole frames and single pixels",
             hazard: "a position wraps to one inside the picture",
             bound: "1x1 around each such pixel, and nowhere else",
-            guard: "pipeline::source refuses magnitudes of 2^23 and more by their bits; without it a position overflows (tried)",
+            guard: "past::source refuses magnitudes of 2^23 and more by their bits; without it a position overflows (tried)",
             run: teleports,
         },
         Case {

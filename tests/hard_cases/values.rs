@@ -144,7 +144,7 @@ pub const FAMILY: Family = Family {
             name: "NaN, ±∞, −1, 1e30 and denormals in depth, blur and motion, whole frames and single pixels",
             hazard: "an invalid depth passes the test of disocclusion; an invalid blur hides everything",
             bound: "depth: full rate; blur: hides nothing; motion: full rate under reprojection",
-            guard: "params::inverse_distance and pipeline::source; without the first test of bits NaN is a depth (tried)",
+            guard: "params::inverse_distance and past::source; without the first test of bits NaN is a depth (tried)",
             run: other_inputs,
         },
     ],

@@ -12,14 +12,12 @@ use crate::{
 };
 
 /// The quads of a square around or from one, as far as they are there.
-fn near(
-    layout: SriLayout,
-    low: [i64; 2],
-    high: [i64; 2],
-) -> impl Iterator<Item = usize> {
+fn near(layout: SriLayout, low: [i64; 2], high: [i64; 2]) -> impl Iterator<Item = usize> {
     let [width, height] = [layout.width, layout.height].map(i64::from);
     let rows = low[1].max(0)..high[1].min(height);
-    rows.flat_map(move |y| (low[0].max(0)..high[0].min(width)).map(move |x| (y * width + x) as usize))
+    rows.flat_map(move |y| {
+        (low[0].max(0)..high[0].min(width)).map(move |x| (y * width + x) as usize)
+    })
 }
 
 /// Every quad's rate, once 4 holds only for aligned blocks of 4×4 pixels all of whose quads have it; 4x4 itself, where it is not asked
@@ -36,7 +34,10 @@ pub(super) fn in_blocks(
         for x in (0..i64::from(layout.width)).step_by(2) {
             let block: Vec<usize> = near(layout, [x, y], [x + 2, y + 2]).collect();
             let coarsest = match block.len() {
-                4 => block.iter().map(|&at| of(&all[at])).fold(Rate::R4X4, Rate::meet),
+                4 => block
+                    .iter()
+                    .map(|&at| of(&all[at]))
+                    .fold(Rate::R4X4, Rate::meet),
                 _ => Rate::R2X2,
             };
             let coarsest = match coarsest == Rate::R4X4 && largest != Rate::R4X4 {
@@ -72,7 +73,10 @@ pub(super) fn smoothed(
     let side = i64::from(side);
     (0..rates.len())
         .map(|at| {
-            let (x, y) = (at as i64 % i64::from(layout.width), at as i64 / i64::from(layout.width));
+            let (x, y) = (
+                at as i64 % i64::from(layout.width),
+                at as i64 / i64::from(layout.width),
+            );
             let corner = [x / side * side, y / side * side];
             // the first quad of each area around that is there
             let around: Vec<[u32; 2]> = (-1..2)
@@ -170,12 +174,7 @@ pub(super) fn with_own(
 }
 
 /// The rates of half the resolution: each quad the finest of the four that it covers.
-pub(super) fn half(
-    rates: &[Rate],
-    layout: SriLayout,
-    size: [u32; 2],
-    kind: HalfResolution,
-) -> Sri {
+pub(super) fn half(rates: &[Rate], layout: SriLayout, size: [u32; 2], kind: HalfResolution) -> Sri {
     let [width, height] = size.map(|side| side.div_ceil(2));
     Sri::from_fn(width, height, |x, y| {
         let first = [x, y].map(|at| i64::from(at) * 2);

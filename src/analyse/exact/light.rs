@@ -175,7 +175,11 @@ pub(super) fn estimate(
                             most_relative = most_relative.max((d / base).min(16.0));
                         }
                         // saturates (research, E6)
-                        if d == 0.0 { 0.0 } else { (d / base).min(16_383.0 / 1024.0) }
+                        if d == 0.0 {
+                            0.0
+                        } else {
+                            (d / base).min(16_383.0 / 1024.0)
+                        }
                     }
                 };
                 relative / 2.0

@@ -153,9 +153,7 @@ impl Reals<'_> {
         let layout = SriLayout::new(self.inputs.size[0], self.inputs.size[1]);
         let all = (0..layout.height).flat_map(|y| (0..layout.width).map(move |x| [x, y]));
         if !self.inputs.has_history {
-            return all
-                .map(|_| Found::full(Reason::NoHistory, false))
-                .collect();
+            return all.map(|_| Found::full(Reason::NoHistory, false)).collect();
         }
         if granularity == Granularity::Quad {
             return all.map(|quad| self.quad(quad)).collect();
@@ -180,9 +178,8 @@ impl Reals<'_> {
 
     fn quad(&self, quad: [u32; 2]) -> Found {
         let [left, top] = quad.map(|at| i64::from(at) * 2);
-        let square = |low: i64, high: i64| {
-            (low..high).flat_map(move |y| (low..high).map(move |x| (x, y)))
-        };
+        let square =
+            |low: i64, high: i64| (low..high).flat_map(move |y| (low..high).map(move |x| (x, y)));
         let pixel = |(x, y)| self.at(left + x, top + y);
         let around: Vec<usize> = square(-1, 3).map(pixel).collect();
         let own: Vec<usize> = square(0, 2).map(pixel).collect();
@@ -261,8 +258,7 @@ impl Reals<'_> {
                 of.fold(f64::INFINITY, f64::min)
             })
         };
-        let is_still =
-            |at: usize| inputs.flags.is_some_and(|f| f[at] & flags::STATIC != 0);
+        let is_still = |at: usize| inputs.flags.is_some_and(|f| f[at] & flags::STATIC != 0);
         let is_nan = |at: usize| {
             let vector = self.vectors.as_ref().map_or([0.0; 2], |v| v[at]);
             vector.iter().any(|component| component.is_nan())
@@ -511,8 +507,7 @@ impl Reals<'_> {
             if estimate.is_blind[axis] {
                 return 0;
             }
-            let mut below =
-                |log2| self.is_below(estimate, axis, log2, place, again, &mut *notes);
+            let mut below = |log2| self.is_below(estimate, axis, log2, place, again, &mut *notes);
             let log = match below(1) {
                 false => 0,
                 true => 1 + u32::from(below(2)),
@@ -609,7 +604,10 @@ impl Reals<'_> {
             is_doubtful: notes.is_doubtful,
         };
         // which of two axes keeps its 4 hangs on their errors
-        for (rate, estimate) in [(rate, before), (attachment, estimates.last().unwrap_or(before))] {
+        for (rate, estimate) in [
+            (rate, before),
+            (attachment, estimates.last().unwrap_or(before)),
+        ] {
             if rate == Rate::R4X4 && settings.largest != Rate::R4X4 {
                 let [across, down] = estimate.errors;
                 let slack = self.off(estimate, across) + self.off(estimate, down) + UNIT;
@@ -635,9 +633,8 @@ impl Reals<'_> {
         let raw_plain = image(quads, |q| q.plain, |q| q.errors);
         let raw_attachment = image(attached, |q| q.attachment, |q| q.attachment_errors);
         let smooth = smoothed(&raw, side);
-        let doubtful_of = |all: &[Found]| -> Vec<bool> {
-            all.iter().map(|found| found.is_doubtful).collect()
-        };
+        let doubtful_of =
+            |all: &[Found]| -> Vec<bool> { all.iter().map(|found| found.is_doubtful).collect() };
         let mut doubtful = doubtful_of(quads);
         let own = later::with_own(&smooth, inputs, settings, &mut doubtful);
         let plain = later::with_own(&smoothed(&raw_plain, side), inputs, settings, &mut doubtful);

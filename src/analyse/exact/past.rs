@@ -96,13 +96,12 @@ pub(super) fn scale_of(inputs: &Inputs, settings: &Settings) -> [f64; 2] {
 }
 
 /// A place of this picture in the previous one, given how it moved; and by how much the deterministic path may be off.
-pub(super) fn place_before(
-    place: [f64; 2],
-    moved: [f64; 2],
-    inputs: &Inputs,
-) -> [(f64, f64); 2] {
+pub(super) fn place_before(place: [f64; 2], moved: [f64; 2], inputs: &Inputs) -> [(f64, f64); 2] {
     std::array::from_fn(|axis| {
-        let (now, before) = (f64::from(inputs.size[axis]), f64::from(inputs.previous_size[axis]));
+        let (now, before) = (
+            f64::from(inputs.size[axis]),
+            f64::from(inputs.previous_size[axis]),
+        );
         let at = (place[axis] - moved[axis]) * before / now;
         let is_exact = now == before && (moved[axis] * 256.0).fract() == 0.0;
         (at, if is_exact { 0.0 } else { OFF })
@@ -156,14 +155,19 @@ fn source(
     if reprojection.is_some() && is_outside {
         return lost(Reason::OffScreen, is_doubtful);
     }
-    let pixel = [0, 1].map(|axis: usize| place[axis].0.floor().clamp(0.0, sides[axis] - 1.0) as usize);
+    let pixel =
+        [0, 1].map(|axis: usize| place[axis].0.floor().clamp(0.0, sides[axis] - 1.0) as usize);
     let from = pixel[1] * inputs.previous_size[0] as usize + pixel[0];
     if let (Some(reprojection), Some(now), Some(before)) =
         (reprojection, inputs.depth, inputs.previous_depth)
         && settings.tests_depth()
     {
         let inverse = |depth| {
-            inverse_distance(depth, reprojection.near_over_far.clamp(0.0, 1.0), reprojection.reversed_z)
+            inverse_distance(
+                depth,
+                reprojection.near_over_far.clamp(0.0, 1.0),
+                reprojection.reversed_z,
+            )
         };
         match (inverse(now[at]), inverse(before[from])) {
             (Some(now), Some(then)) => {

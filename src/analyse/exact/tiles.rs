@@ -2,11 +2,7 @@
 
 use super::{Estimate, Found, Place, Reals, light, past};
 use crate::{
-    analyse::{
-        reasons::Reason,
-        settings::Norm,
-        tiles::SIDE,
-    },
+    analyse::{reasons::Reason, settings::Norm, tiles::SIDE},
     rate::Rate,
 };
 
@@ -36,7 +32,10 @@ fn data(reals: &Reals) -> Vec<Data> {
         let content = &reals.settings.content;
         let found = light::estimate(&light?, extent, &light::Shape::Tile, content);
         let is_alone = extent[0] == 1 && width > 1 || extent[1] == 1 && height > 1;
-        let surfaces = reals.inputs.materials.filter(|_| reals.settings.has_materials_before());
+        let surfaces = reals
+            .inputs
+            .materials
+            .filter(|_| reals.settings.has_materials_before());
         let shine = surfaces.map_or(0.0, |surfaces| {
             let of = |&at: &usize| surfaces[at].map(|byte| f64::from(byte) / 255.0);
             let each = pixels.iter().map(of).map(|[smooth, rf0]| smooth * rf0);
@@ -114,7 +113,11 @@ fn rate(reals: &Reals, data: &[Data], tile: [u32; 2]) -> Found {
         }
     }
     if is_outside || is_covered {
-        let reason = if is_outside { Reason::OffScreen } else { Reason::Disoccluded };
+        let reason = if is_outside {
+            Reason::OffScreen
+        } else {
+            Reason::Disoccluded
+        };
         return Found::full(reason, is_doubtful);
     }
     let nominal = low.map(|low| f64::from(low) + f64::from(SIDE) / 2.0);
@@ -130,10 +133,12 @@ fn rate(reals: &Reals, data: &[Data], tile: [u32; 2]) -> Found {
     });
     let place = Place {
         speed,
-        slow: [0, 1].map(|axis: usize| match (speed[axis] * steps[axis]).fract() == 0.0 {
-            true => speed[axis],
-            false => (speed[axis] - 2.0 / steps[axis]).max(0.0),
-        }),
+        slow: [0, 1].map(
+            |axis: usize| match (speed[axis] * steps[axis]).fract() == 0.0 {
+                true => speed[axis],
+                false => (speed[axis] - 2.0 / steps[axis]).max(0.0),
+            },
+        ),
         is_lost: false,
         previous: Rate::R1X1,
         quads: vec![tile.map(|at| at * 8)],
@@ -154,16 +159,27 @@ fn rate(reals: &Reals, data: &[Data], tile: [u32; 2]) -> Found {
 
 /// Data between the middles of four tiles.
 fn between(reals: &Reals, data: &[Data], place: [(f64, f64); 2]) -> Option<(Estimate, f64)> {
-    let tiles = reals.inputs.previous_size.map(|side| i64::from(side.div_ceil(SIDE)));
+    let tiles = reals
+        .inputs
+        .previous_size
+        .map(|side| i64::from(side.div_ceil(SIDE)));
     let side = f64::from(SIDE);
     let at = place.map(|(at, _)| at / side - 0.5);
     let first = at.map(f64::floor);
     let part = [at[0] - first[0], at[1] - first[1]];
-    let is_exact = place.iter().all(|&(at, off)| off == 0.0 && (at * side).fract() == 0.0);
+    let is_exact = place
+        .iter()
+        .all(|&(at, off)| off == 0.0 && (at * side).fract() == 0.0);
     let mut four: Vec<(&(Estimate, f64), f64)> = Vec::new();
     for step in [[0, 0], [1, 0], [0, 1], [1, 1]] {
         let weight: f64 = (0..2)
-            .map(|axis| if step[axis] == 1 { part[axis] } else { 1.0 - part[axis] })
+            .map(|axis| {
+                if step[axis] == 1 {
+                    part[axis]
+                } else {
+                    1.0 - part[axis]
+                }
+            })
             .product();
         let of = |axis: usize| (first[axis] as i64 + step[axis]).clamp(0, tiles[axis] - 1);
         let found = data[(of(1) * tiles[0] + of(0)) as usize].as_ref();

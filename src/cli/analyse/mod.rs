@@ -270,7 +270,9 @@ fn root_of(pixels: &Pixels, size: [u32; 2], settings: &Settings) -> Result<Pixel
 
 fn analyse(arguments: &Arguments, settings: &Settings, inputs: &Inputs) -> Result<Found, Failure> {
     let refused = |error: &dyn std::fmt::Display| Failure::Misused(error.to_string());
-    inputs.check_for(settings).map_err(|error| refused(&error))?;
+    inputs
+        .check_for(settings)
+        .map_err(|error| refused(&error))?;
     let outputs = &arguments.outputs;
     let scene = Scene {
         colour: match inputs.colour {
