@@ -15,7 +15,7 @@ use vrcs::{
     Analyser, Pass, PassOptions, Scene, Source, View,
     analyse::{
         Frame,
-        settings::{HalfRate, Settings},
+        settings::{Granularity, HalfRate, Settings},
     },
     build::BuildOptions,
     coverage::{Coverage, Textures},
@@ -121,6 +121,8 @@ impl Renderer {
         };
         let settings = Settings {
             half_rate: Some(HalfRate::default()),
+            // of quads, as compute passes read it
+            attachment: Granularity::Quad,
             ..Settings::default()
         };
         let analyser = Analyser::new(

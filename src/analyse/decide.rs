@@ -120,7 +120,7 @@ impl Stage<'_> {
             .map(|(x, y)| self.pixel(i64::from(x), i64::from(y)))
             .collect();
         let width = self.inputs.size[0] as usize;
-        let is_even = |&&at: &&usize| at % width % 2 == 0 && at / width % 2 == 0;
+        let is_even = |&&at: &&usize| [at % width, at / width].iter().all(|side| side & 1 == 0);
         let nearest = |to: [u32; 2]| {
             [0, 1].map(|axis: usize| {
                 let first = low[axis] / 2;

@@ -11,8 +11,8 @@ pub enum Granularity {
     /// what a shift by one pixel brings in.
     ///
     /// The hardware's attachment then has the finest rate of a tile's quads ([`attach`](mod@crate::attach)): finer than a tile's own
-    /// estimate, since the worst quad decides and not the mean (in `tests/analyse/granularity.rs`, no tile is coarser by more than its
-    /// threshold).
+    /// estimate, since the worst quad decides and not the mean. On pictures like nature's one tile in six was coarser by its own pixels,
+    /// and none finer (`tests/analyse/granularity.rs` counts them).
     #[default]
     #[cfg_attr(feature = "cli", serde(rename = "quad", alias = "2x2"))]
     Quad,

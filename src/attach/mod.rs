@@ -1,7 +1,9 @@
 //! The hardware-VRS image: from the rates of quads to one texel for each tile of 8×8, 16×16 or 32×32 pixels.
 //!
 //! Does: takes the finest rate of each tile's quads, per axis, replaces it by the nearest that the device can shade, and
-//! encodes it for D3D12, Vulkan KHR, or the palette of Vulkan NV, OpenGL and NVAPI.
+//! encodes it for D3D12, Vulkan KHR, or the palette of Vulkan NV, OpenGL and NVAPI. The analysis gives all quads of a tile the rate of
+//! the tile's own estimate ([`Settings::attachment`](crate::analyse::Settings::attachment)), which is then the finest: of the same
+//! tiles, or of tiles that these divide. Of larger tiles, or of quads, it is the finest of several.
 //! Needs: a shading-rate image in [`SriLayout`](crate::sri::SriLayout), made from the luma *after* transparents and
 //! *without* the extra half rate (Variable-Rate Compute Shaders in DOOM: The Dark Ages, slides "Extra half rate shading"
 //! and "Transparents"): the hardware shades transparents too, and has no deblocker.

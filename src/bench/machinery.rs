@@ -16,7 +16,7 @@ use crate::{
         Analysis, Frame, Settings,
         gpu::BoundAnalysis,
         params::luma_pitch,
-        settings::{Motion, Smoothing},
+        settings::{Granularity, Motion, Smoothing},
     },
     attach::{
         AdditionalRates, AttachOptions, Encoding, Samples, Support, Tile,
@@ -68,6 +68,8 @@ fn rates(gpu: &Gpu, size: [u32; 2]) -> wgpu::Buffer {
 fn settings() -> Settings {
     Settings {
         smoothing: Smoothing::None,
+        // from the same estimates as the rates, in the same pass
+        attachment: Granularity::Quad,
         ..Settings::default()
     }
 }

@@ -7,7 +7,7 @@ use vrcs::{
     analyse::{
         Cameras, Frame, FrameError, OwnRates, Settings,
         own::IdRates,
-        settings::{Fetch, HalfRate, Materials, Motion, Reprojection},
+        settings::{Fetch, Granularity, HalfRate, Materials, MaterialsOf, Motion, Reprojection},
         tiles::data_bytes,
     },
     build::BuildOptions,
@@ -313,6 +313,23 @@ fn resources<'s>(
 #[test]
 fn a_view_at_an_origin_finds_and_builds_what_it_would_of_pictures_of_its_own() {
     hold_alone_and_inside(&by_pixel, &kinds);
+}
+
+#[test]
+fn so_do_rates_of_tiles_and_materials_of_the_frame_before() {
+    let by_area = || {
+        let (scene, settings) = by_pixel();
+        let settings = Settings {
+            granularity: Granularity::Tile8,
+            materials: Some(Materials {
+                of: MaterialsOf::Previous,
+                ..Materials::default()
+            }),
+            ..settings
+        };
+        (scene, settings)
+    };
+    hold_alone_and_inside(&by_area, &kinds);
 }
 
 #[test]

@@ -143,8 +143,8 @@ pub(super) fn with_own(
             let is_near =
                 |&&(from, _): &&(f64, Rate)| (inverse - ladder.near / from).abs() <= slack;
             doubtful[quad] |= steps.clone().any(|step| is_near(&step));
-            let reached = steps.filter(|(from, _)| ladder.near / inverse >= *from);
-            if let Some((_, stated)) = reached.last() {
+            let mut reached = steps.filter(|(from, _)| ladder.near / inverse >= *from);
+            if let Some((_, stated)) = reached.next_back() {
                 rate = ladder.combiner.combine(rate, *stated, clamp);
             }
         }

@@ -74,7 +74,7 @@ pub(super) fn inverse_distance(depth: f32, near_over_far: f64, reversed_z: bool)
     };
     (0.0..=1.0)
         .contains(&depth)
-        .then(|| toward_near + (1.0 - toward_near) * near_over_far)
+        .then_some(toward_near + (1.0 - toward_near) * near_over_far)
 }
 
 /// Whether two inverse distances are of different surfaces, and whether that is near the border: floats of standard depth have 2^-24.
