@@ -7,7 +7,10 @@ use vrcs::{
     analyse::{
         Cameras, Frame, FrameError, OwnRates, Settings,
         own::IdRates,
-        settings::{Fetch, Granularity, HalfRate, Materials, MaterialsOf, Motion, Reprojection},
+        settings::{
+            Content, Fetch, Granularity, HalfRate, Materials, MaterialsOf, Motion, Norm,
+            Reprojection,
+        },
         tiles::data_bytes,
     },
     build::BuildOptions,
@@ -107,7 +110,12 @@ fn cut(
 /// The pictures of the stage by tiles: depths that differ from patch to patch, so that tiles move apart.
 fn kinds_by_tile() -> Vec<(Binding, Format, Texel)> {
     let mut kinds = kinds();
-    kinds.retain(|(binding, ..)| [Binding::Colour, Binding::Flags].contains(binding));
+    kinds.retain(|(binding, ..)| *binding == Binding::Flags);
+    // noise that a tile's threshold lies amid
+    kinds.push((Binding::Colour, Format::Rgba8Unorm, |rng, patch| {
+        let grey = 100 + rng.u8(0..=[0, 2, 10, 14][patch as usize]);
+        vec![grey, grey, grey, 255]
+    }));
     kinds.push((Binding::Depth, Format::R32Float, |_, patch| {
         (0.2f32 + 0.2 * patch as f32).to_le_bytes().to_vec()
     }));
@@ -170,6 +178,13 @@ fn by_tile() -> (Scene, Settings) {
             tolerance: f64::INFINITY,
             ..Reprojection::default()
         }),
+        // few tiles: many rates for each
+        largest: Rate::R4X4,
+        content: Content {
+            norm: Norm::LInf,
+            threshold: 0.1,
+            ..Content::default()
+        },
         ..Settings::default()
     };
     (scene, settings)
@@ -320,7 +335,8 @@ fn so_do_rates_of_tiles_and_materials_of_the_frame_before() {
     let by_area = || {
         let (scene, settings) = by_pixel();
         let settings = Settings {
-            granularity: Granularity::Tile8,
+            // small, so that there are many
+            granularity: Granularity::Tile4,
             materials: Some(Materials {
                 of: MaterialsOf::Previous,
                 ..Materials::default()
@@ -342,7 +358,7 @@ fn hold_alone_and_inside(
     kinds: &dyn Fn() -> Vec<(Binding, Format, Texel)>,
 ) {
     let gpu = common::gpu();
-    for (origin, size) in [([37, 11], [45, 33]), ([50, 0], [50, 80]), ([1, 79], [7, 1])] {
+    for (origin, size) in [([37, 11], [61, 59]), ([50, 0], [50, 80]), ([1, 79], [7, 1])] {
         let [whole, mut part, corner] = screens(&gpu, kinds(), origin, size);
         let inside = Player::new(&gpu, planned(), &whole, origin, size).found(&gpu, &whole);
         let mut player = Player::new(&gpu, planned(), &part, [0; 2], size);
