@@ -113,10 +113,12 @@ fn full_tiles_are_not_confined_to_the_extent() {
 
 #[test]
 fn duplicates_outside_the_domain_are_written() {
-    caught(
+    // a border that chance makes may end where groups do, or beyond the picture; an odd one goes through groups
+    caught_with(
         "guarded",
         "fn vrcs_in_domain(pixel: vec3<u32>) -> bool {",
         "fn vrcs_in_domain(pixel: vec3<u32>) -> bool {\n    if true { return true; }",
+        &[("border", 3.0)],
     );
 }
 
