@@ -208,8 +208,10 @@ pub enum PlanError {
         /// What it needs.
         what: &'static str,
     },
-    /// An effect that looks at pixels, in a stage by tiles.
-    #[error("{0} looks at pixels one by one, and the stage goes by tiles (Fetch::Tile)")]
+    /// An effect that a stage by tiles has not.
+    #[error(
+        "{0} cannot be had where the previous picture is fetched by tiles of 16x16 pixels: fetch it by pixel (Fetch::Pixel)"
+    )]
     ByTiles(&'static str),
     /// An effect that changes how much of the content's error is tolerated, where motion alone decides.
     #[error(
@@ -399,7 +401,7 @@ impl Plan {
             passes.push(PlannedPass {
                 kernel: "tiles.wgsl",
                 bindings: bindings.len(),
-                effects: effects_of_attachment(&passes[0].effects),
+                effects: effects_of_attachment(&passes[0].effects, settings),
             });
         }
         if passes[0].effects.contains(&"WRITE_LUMA") {
@@ -486,7 +488,7 @@ impl Plan {
 
     /// The definitions of the kernel that makes the attachment alone.
     pub(crate) fn defs_of_attachment(&self) -> Vec<(&'static str, u32)> {
-        let effects = effects_of_attachment(&self.passes[0].effects);
+        let effects = effects_of_attachment(&self.passes[0].effects, &self.settings);
         self.defs_with(&effects, self.settings.granularity_of_attachment())
     }
 
@@ -597,10 +599,12 @@ fn has_attachment_of_its_own(scene: &Scene, settings: &Settings) -> bool {
 
 /// What is compiled into the kernel that makes the attachment alone, given what is compiled into the first: no extra half rate, and none
 /// of the other outputs.
-fn effects_of_attachment(first: &[&'static str]) -> Vec<&'static str> {
+fn effects_of_attachment(first: &[&'static str], settings: &Settings) -> Vec<&'static str> {
     let others = ["HALF_RATE", "NOISE", "PLAIN", "REASONS", "WRITE_LUMA"];
     let kept = first.iter().copied().filter(|name| !others.contains(name));
-    kept.chain(["ATTACHMENT", "ATTACHMENT_ALONE"]).collect()
+    kept.chain(["ATTACHMENT", "ATTACHMENT_ALONE"])
+        .chain(name_of(settings.granularity_of_attachment()))
+        .collect()
 }
 
 /// The pass of the application's own rates, and what it binds.
@@ -690,10 +694,22 @@ fn effects(scene: &Scene, settings: &Settings) -> Vec<&'static str> {
             scene.sqrt_luma && scene.colour != ColourForm::SqrtLuma,
         ),
     ];
-    all.into_iter()
-        .filter(|&(_, on)| on)
+    let there = all.into_iter().filter(|&(_, on)| on);
+    there
         .map(|(name, _)| name)
+        .chain(name_of(settings.granularity_of_rates()))
         .collect()
+}
+
+/// What a plan calls a tile.
+fn name_of(granularity: Granularity) -> Option<&'static str> {
+    match granularity {
+        Granularity::Quad => None,
+        Granularity::Tile4 => Some("TILES_OF_4"),
+        Granularity::Tile8 => Some("TILES_OF_8"),
+        Granularity::Tile16 => Some("TILES_OF_16"),
+        Granularity::Tile32 => Some("TILES_OF_32"),
+    }
 }
 
 impl fmt::Display for Plan {

@@ -355,6 +355,55 @@ fn exr(path: &str, size: [u32; 2], channels: &[(&str, Vec<f32>)]) {
         .expect("an EXR");
 }
 
+// a tile is judged by its own pixels: a line that its quads see is none of its error, unless they are asked
+#[test]
+fn the_attachment_is_by_tiles_or_by_quads_and_supersamples_for_nv_alone() {
+    let folder = folder();
+    let input = at(&folder, "in.png");
+    let picture = RgbImage::from_fn(64, 64, |x, y| match (x, y) {
+        (_, 48..) => image::Rgb([if (x + y) % 2 == 0 { 0 } else { 255 }; 3]),
+        (21, _) => image::Rgb([190; 3]),
+        _ => image::Rgb([150; 3]),
+    });
+    picture.save(&input).expect("a picture");
+    let (by_quads, tiles) = (at(&folder, "quads.toml"), at(&folder, "tiles.png"));
+    std::fs::write(&by_quads, "attachment = \"quad\"\n").expect("settings");
+    let texels = |more: &[&str]| -> [u8; 2] {
+        let mut arguments = vec![input.as_str(), "--attachment-output", &tiles];
+        arguments.extend_from_slice(more);
+        let output = vrcs(&arguments);
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        let tiles = grey(&tiles);
+        [(1, 0), (1, 3)].map(|(x, y)| tiles.get_pixel(x, y).0[0])
+    };
+    for more in [&[][..], &["--cpu"]] {
+        let with = |set: &[&'static str]| [set, more].concat();
+        assert_eq!(texels(&with(&["--attachment", "khr"])), [5, 0]);
+        let quads = [&["--settings", &by_quads, "--attachment", "khr"], more].concat();
+        assert_eq!(texels(&quads), [1, 0], "1x2, beside the line");
+        // 2x2 is 8 in the palette, four samples 3; at two samples 4
+        let four = ["--attachment", "nv", "--supersample", "4", "--samples", "4"];
+        assert_eq!(texels(&with(&four)), [8, 3]);
+        let two = ["--attachment", "nv", "--supersample", "4", "--samples", "2"];
+        assert_eq!(texels(&with(&two)), [8, 4]);
+    }
+    let output = vrcs(&[
+        &input,
+        "--attachment",
+        "khr",
+        "--supersample",
+        "4",
+        "--attachment-output",
+        &tiles,
+    ]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        text(&output.stderr).contains("--supersample needs --attachment nv"),
+        "{}",
+        text(&output.stderr)
+    );
+}
+
 #[test]
 fn the_gpu_and_the_cpu_write_the_same_files() {
     let folder = folder();

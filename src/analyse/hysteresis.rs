@@ -5,10 +5,10 @@
 //! (1 + ε) / (1 − ε) = g, and ε = (g − 1) / (g + 1).
 //!
 //! On an endless ramp g is the norm's [`gain`]. A quad's window is not endless: of its three steps in a row two lie on the borders of
-//! coarse pixels, not one and a half, so that even L1 has a gain, 4/3; and copies of a group's first pixel move the window's mean, and
+//! coarse pixels, not one and a half, so that even L1 has a gain, 4/3; a tile of 16 pixels has 7 of 15, and L1 14/15 there; and copies of a group's first pixel move the window's mean, and
 //! with it the threshold. With the endless ramp's ε, ramps by L1 swing for ever (`tests/hard_cases`, E15).
 
-use super::settings::{Content, Form, Norm, Pairs};
+use super::settings::{Content, Form, Granularity, Norm, Pairs};
 
 /// What copies of 2^`log2` pixels do to the error that is measured on a ramp: 1, √2 and 2 for a half rate; 1, 2 and 4 for a
 /// quarter (L1, L2, L∞).
@@ -21,22 +21,29 @@ pub fn gain(norm: Norm, log2: u8) -> f64 {
     }
 }
 
-/// What copies of 2^`log2` pixels do to a ramp's error in a quad's window. Sets of pairs that look only into the quad see none of its
-/// borders: they cannot tell what was lost, and have a gain of 1 here.
-pub fn window_gain(norm: Norm, pairs: Pairs, log2: u8) -> f64 {
+/// What copies of 2^`log2` pixels do to a ramp's error in a quad's window, or in a tile. Sets of pairs that look only into the quad see
+/// none of its borders: they cannot tell what was lost, and have a gain of 1 here.
+pub fn window_gain(norm: Norm, pairs: Pairs, granularity: Granularity, log2: u8) -> f64 {
+    let side = f64::from(granularity.side());
+    // borders of coarse pixels in a tile's row
+    let borders = side / f64::from(1u32 << log2.min(2)) - 1.0;
     // the share of steps that lie on borders of coarse pixels, and how high each is
-    let (share, height) = match (pairs, log2) {
-        (_, 0) | (Pairs::SubSampled | Pairs::Quad, _) => return 1.0,
-        (Pairs::All | Pairs::Interleaved, 1) => (2.0 / 3.0, 2.0),
-        (Pairs::All | Pairs::Interleaved, _) => (1.0 / 3.0, 4.0),
+    let (share, height) = match (pairs, log2, granularity) {
+        (_, 0, _) | (Pairs::SubSampled | Pairs::Quad, ..) => return 1.0,
         // over two pixels, so that one border lies in each
-        (Pairs::Sobel, 1) => (1.0, 1.0),
-        (Pairs::Sobel, _) => (0.5, 2.0),
+        (Pairs::Sobel, 1, _) => (1.0, 1.0),
+        (Pairs::Sobel, _, Granularity::Quad) => (0.5, 2.0),
+        (Pairs::Sobel, ..) => (2.0 * borders / (side - 2.0), 2.0),
+        (_, 1, Granularity::Quad) => (2.0 / 3.0, 2.0),
+        (_, _, Granularity::Quad) => (1.0 / 3.0, 4.0),
+        (_, 1, _) => (borders / (side - 1.0), 2.0),
+        (_, _, _) => (borders / (side - 1.0), 4.0),
     };
     let mean: f64 = share * height;
     match norm {
         Norm::L1 => mean,
         Norm::L2 => (share * height * height).sqrt(),
+        Norm::LInf if share == 0.0 => 0.0,
         Norm::LInf => height,
         Norm::Root => mean.sqrt(),
     }
@@ -44,7 +51,7 @@ pub fn window_gain(norm: Norm, pairs: Pairs, log2: u8) -> f64 {
 
 /// How much a rate of 2^`log2` swells a ramp's error over its threshold, at the threshold: [`window_gain`], and the mean of a window
 /// that copies of each group's first pixel make darker by 1/2 and 3/2 steps.
-pub fn swell(content: &Content, log2: u8) -> f64 {
+pub fn swell(content: &Content, granularity: Granularity, log2: u8) -> f64 {
     let steps = match log2 {
         0 => 0.0,
         1 => 0.5,
@@ -55,13 +62,13 @@ pub fn swell(content: &Content, log2: u8) -> f64 {
         Form::Window | Form::Pairwise { .. } => (2.0 * content.threshold * steps).min(0.5),
         Form::Absolute => 0.0,
     };
-    window_gain(content.norm, content.pairs, log2) / (1.0 - darker)
+    window_gain(content.norm, content.pairs, granularity, log2) / (1.0 - darker)
 }
 
-/// ε of t± = t (1 ± ε) for a rate of 2^`log2`.
-pub fn epsilon(content: &Content, log2: u8) -> f64 {
-    let g = swell(content, log2);
-    (g - 1.0) / (g + 1.0)
+/// ε of t± = t (1 ± ε) for a rate of 2^`log2`; 0 where a coarse rate makes the error smaller, which swings nothing.
+pub fn epsilon(content: &Content, granularity: Granularity, log2: u8) -> f64 {
+    let g = swell(content, granularity, log2);
+    ((g - 1.0) / (g + 1.0)).max(0.0)
 }
 
 #[cfg(test)]
@@ -74,8 +81,16 @@ mod tests {
         // twice a coarse ramp's threshold by its gain: just above it is fine, just below coarse
         for norm in [Norm::L1, Norm::L2, Norm::LInf, Norm::Root] {
             for pairs in [Pairs::All, Pairs::Interleaved, Pairs::Sobel] {
-                for log2 in [1u8, 2] {
-                    let gain = window_gain(norm, pairs, log2);
+                for (log2, granularity) in [1u8, 2]
+                    .into_iter()
+                    .flat_map(|log2| Granularity::ALL.map(|granularity| (log2, granularity)))
+                {
+                    let gain = window_gain(norm, pairs, granularity, log2);
+                    if gain == 0.0 {
+                        // a tile as large as the coarse pixel shows nothing of the ramp
+                        assert_eq!((granularity, log2), (Granularity::Tile4, 2));
+                        continue;
+                    }
                     let code = |share: f64| {
                         let step = 0.02;
                         let ramp: Vec<[f32; 4]> = (0..1024u32)
@@ -96,6 +111,7 @@ mod tests {
                         };
                         let settings = Settings {
                             content,
+                            granularity,
                             ..Settings::default()
                         };
                         let inputs = Inputs::of_colour([32, 32], Colour::Linear(&ramp));
@@ -105,7 +121,7 @@ mod tests {
                     assert_eq!(
                         (code(0.99), code(1.01)),
                         (0, 1),
-                        "{norm:?} {pairs:?} {log2}"
+                        "{norm:?} {pairs:?} {log2} {granularity:?}"
                     );
                 }
             }
@@ -120,7 +136,7 @@ mod tests {
                 form: Form::Absolute,
                 ..Content::default()
             };
-            epsilon(&content, log2)
+            epsilon(&content, Granularity::Quad, log2)
         };
         for (norm, half, quarter) in [
             (Norm::L1, 1.0 / 7.0, 1.0 / 7.0),

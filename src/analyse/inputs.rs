@@ -253,8 +253,8 @@ pub enum WrongInput {
         /// The picture's.
         wanted: usize,
     },
-    /// An effect that looks at pixels, in a stage by tiles.
-    #[error("{0} looks at pixels one by one, and the stage goes by tiles")]
+    /// An effect that a stage by tiles has not.
+    #[error("{0} cannot be had where the previous picture is fetched by tiles of 16x16 pixels")]
     ByTiles(&'static str),
     /// An effect that changes how much of the content's error is tolerated, where motion alone decides.
     #[error("{0} changes how much of the content's error is tolerated, and motion alone decides")]

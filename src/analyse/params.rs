@@ -240,13 +240,16 @@ pub(crate) fn has_fixed_limits(settings: &Settings) -> bool {
 /// t times the factor of stability, after a previous 1, 2, 4, and no known one: for the half rate and the quarter rate.
 fn reaches(settings: &Settings) -> [[Mag; 4]; 2] {
     let content = &settings.content;
+    let granularity = settings.granularity_of_rates();
     let threshold = Mag::below(fixed::factor(content.threshold));
     [1u8, 2].map(|log2| {
         let factors: [u32; 4] = std::array::from_fn(|had| match (settings.stability, had) {
             (Stability::None, _) | (_, 3) => fixed::FACTOR_ONE,
-            (Stability::Compensate, had) => fixed::factor(hysteresis::swell(content, had as u8)),
+            (Stability::Compensate, had) => {
+                fixed::factor(hysteresis::swell(content, granularity, had as u8))
+            }
             (Stability::Hysteresis, had) => {
-                let epsilon = hysteresis::epsilon(content, log2);
+                let epsilon = hysteresis::epsilon(content, granularity, log2);
                 match had as u8 >= log2 {
                     true => fixed::factor(1.0 + epsilon),
                     false => fixed::factor(1.0 - epsilon),

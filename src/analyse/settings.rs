@@ -369,7 +369,7 @@ pub enum Stability {
     #[default]
     None,
     /// t is t (1 + ε) for a rate that the previous frame had, t (1 − ε) for a coarser one, ε from the norm and
-    /// the window: [`epsilon`](super::hysteresis::epsilon).
+    /// the window or tile: [`epsilon`](super::hysteresis::epsilon). An attachment of tiles beside rates of quads has the quads'.
     Hysteresis,
     /// The error is divided by what the previous frame's rate made of it on a ramp:
     /// [`swell`](super::hysteresis::swell).
@@ -589,11 +589,11 @@ impl Settings {
             .is_some_and(|reprojection| reprojection.tolerance < f64::INFINITY)
     }
 
-    /// The first effect that looks at pixels one by one, and so cannot be had by tiles.
+    /// The first effect that cannot be had by [`Fetch::Tile`].
     pub(crate) fn first_by_pixel(&self) -> Option<&'static str> {
         let has_own = ![Granularity::Quad, Granularity::Tile16].contains(&self.granularity);
         let all = [
-            (has_own, "a granularity of its own"),
+            (has_own, "another granularity than 16x16"),
             (self.later_blur || self.lens.is_some(), "a later blur"),
             (self.stability != Stability::None, "stability"),
             (self.half_rate.is_some(), "the extra half rate"),

@@ -173,6 +173,7 @@ fn tiles_refuse_what_looks_at_pixels() {
     let error = Plan::new(&scene, &settings).expect_err("noise is of pixels");
     assert_eq!(
         error.to_string(),
-        "the extra half rate looks at pixels one by one, and the stage goes by tiles (Fetch::Tile)"
+        "the extra half rate cannot be had where the previous picture is fetched by tiles of 16x16 pixels: fetch it by pixel \
+         (Fetch::Pixel)"
     );
 }

@@ -406,11 +406,13 @@ impl Reals<'_> {
 
     fn stability(&self, log2: u8, previous: u8) -> f64 {
         let content = &self.settings.content;
+        let side = self.settings.granularity_of_rates();
+        let epsilon = hysteresis::epsilon(content, side, log2);
         match self.settings.stability {
             Stability::None => 1.0,
-            Stability::Compensate => hysteresis::swell(content, previous),
-            Stability::Hysteresis if previous >= log2 => 1.0 + hysteresis::epsilon(content, log2),
-            Stability::Hysteresis => 1.0 - hysteresis::epsilon(content, log2),
+            Stability::Compensate => hysteresis::swell(content, side, previous),
+            Stability::Hysteresis if previous >= log2 => 1.0 + epsilon,
+            Stability::Hysteresis => 1.0 - epsilon,
         }
     }
 

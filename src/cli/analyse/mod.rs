@@ -112,6 +112,11 @@ pub(super) struct Arguments {
     /// Samples for each pixel of the target that is drawn to.
     #[arg(long, default_value = "1", value_name = "N", value_parser = parse_samples, requires = "attachment", hide_short_help = true)]
     samples: Samples,
+    /// For nv: shade so many of a pixel's samples where the rate is full, as far as it has them.
+    ///
+    /// Coarse where it may be, supersampled where it must not: neither D3D12 nor Vulkan KHR has that.
+    #[arg(long, value_name = "N", value_parser = parse_samples, requires = "attachment", hide_short_help = true)]
+    supersample: Option<Samples>,
     /// Run on the CPU: the same bytes, without a driver.
     #[arg(long, conflicts_with = "adapter")]
     cpu: bool,
@@ -155,6 +160,12 @@ fn parse_samples(text: &str) -> Result<Samples, String> {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     outputs::refuse_to_overwrite(arguments)?;
+    if arguments.supersample.is_some() && !matches!(arguments.attachment, Some(Kind::Nv)) {
+        return Err(Failure::Misused(
+            "--supersample needs --attachment nv: the others have no rate finer than a pixel"
+                .to_owned(),
+        ));
+    }
     let mut settings = settings_of(arguments)?;
     let picture = Picture::read(&arguments.image)?;
     let size = picture.size();
@@ -313,7 +324,12 @@ fn attach_options(kind: Kind, arguments: &Arguments) -> AttachOptions {
     let (encoding, support) = match kind {
         Kind::D3d12 => (Encoding::D3d12, Support::d3d12(AdditionalRates::Yes)),
         Kind::Khr => (Encoding::Khr, Support::nvidia()),
-        Kind::Nv => (Encoding::Nv, Support::nvidia()),
+        Kind::Nv => (
+            arguments
+                .supersample
+                .map_or(Encoding::Nv, Encoding::NvSupersampled),
+            Support::nvidia(),
+        ),
     };
     AttachOptions {
         tile: arguments.tile,
