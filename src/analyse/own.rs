@@ -11,7 +11,7 @@
 //! The rates are those of compute passes. The hardware's attachment leaves them out: draws state theirs themselves there, and the same
 //! combiners join them to the attachment (NVIDIA, GDC 2019, "Using Combiners").
 //!
-//! Sources: GDC 2019, "VRS Shading Rate Sources"; Wicked Engine, per-material rates and coarse particles; Intel VALAR's and AMD's
+//! Sources: GDC 2019, "DX12 API: Using Combiners"; Wicked Engine, per-material rates and coarse particles; Intel VALAR's and AMD's
 //! documents, rates by distance.
 
 use super::{

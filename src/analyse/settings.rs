@@ -92,7 +92,8 @@ pub enum Form {
     #[default]
     Window,
     /// Each pair is divided by its own brightness, |A − B| / (min(A, B) + BS), and the threshold is t: GDC, pass 1. BS is
-    /// `sensitivity · (1 − saturate(50 L − 2.5))`, L the least luma of the window.
+    /// `sensitivity · (1 − saturate(50 L − 2.5))`, L the least luma of the window; in a tile, of the 3×3 pixels that a quad's pairs are of, in
+    /// place of the talk's block of 2×4.
     Pairwise {
         /// C of the slide, in units of white; 0 to 1.
         sensitivity: f64,
@@ -235,7 +236,7 @@ impl Default for Ladder {
     }
 }
 
-/// Motion-adaptive shading (§4). The speed is the least of the window, for each axis.
+/// Motion-adaptive shading (§4). The speed is the least of the window, or tile, for each axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "cli",
@@ -328,7 +329,7 @@ pub enum MaterialsOf {
 }
 
 /// Smooth metals are more sensitive in slow motion, and mirrors always (GDC, pass 2, problems 1 and 2). A quad, or a tile, has the most
-/// smoothness · Rf0 of its pixels ("Find max smoothness and Rf0"); of all of them, where the talk looks at four of eight.
+/// smoothness · Rf0 of its pixels ("Find max smoothness and specular reflectance"); of all of them, where the talk looks at four of eight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "cli",
@@ -401,7 +402,8 @@ impl Default for HalfRate {
     }
 }
 
-/// Less tolerance in the middle than outside, tied to the dynamic resolution (DOOM: "Foveated Shading Rate linked to DRS").
+/// Less tolerance in the middle than outside, tied to the dynamic resolution (DOOM: "Foveated Shading Rate linked to DRS"). A tile is as near as
+/// the nearest of its quads.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(
     feature = "cli",
@@ -440,7 +442,8 @@ impl Foveation {
     }
 }
 
-/// More tolerance at the picture's border (DOOM: "Increased Shading Rate tolerance in 'Safe Area'"). Not forced to 2x2.
+/// More tolerance at the picture's border (DOOM: "Increased Shading Rate tolerance in 'Safe Area'"). Not forced to 2x2. A tile
+/// that reaches out of the border is not in it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "cli",
@@ -463,7 +466,7 @@ impl Default for SafeArea {
     }
 }
 
-/// Limits between neighbours (§5.4; GDC pass 3).
+/// Limits between neighbours (§5.4; GDC pass 3): of quads, or of tiles where rates are of tiles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(
     feature = "cli",

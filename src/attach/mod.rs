@@ -5,8 +5,8 @@
 //! the tile's own estimate ([`Settings::attachment`](crate::analyse::Settings::attachment)), which is then the finest: of the same
 //! tiles, or of tiles that these divide. Of larger tiles, or of quads, it is the finest of several.
 //! Needs: a shading-rate image in [`SriLayout`](crate::sri::SriLayout), made from the luma *after* transparents and
-//! *without* the extra half rate (Variable-Rate Compute Shaders in DOOM: The Dark Ages, slides "Extra half rate shading"
-//! and "Transparents"): the hardware shades transparents too, and has no deblocker.
+//! *without* the extra half rate (Variable-Rate Compute Shaders in DOOM: The Dark Ages, slides "Extra Half Rate
+//! Shading" and "Transparencies Can Reduce Solid Shading Rate"): the hardware shades transparents too, and has no deblocker.
 //! Guarantees: no texel asks for more than any of its quads, on either axis; a tile that runs over the picture's edge counts
 //! the quads inside; a byte that is no code means full rate; rows are padded to 256 bytes, so that the image is one
 //! copy from buffer to texture.

@@ -1,6 +1,7 @@
 //! One rate for each square area of several quads, as hardware attachments have: what a coarser granularity costs.
 //!
-//! *Does*: gives each area the finest of its quads' rates, axis by axis, in place. *Guarantees*: no quad becomes coarser.
+//! *Does*: gives each area the finest of its quads' rates, axis by axis, in place. (One estimate for an area, over its own pixels, is
+//! [`Settings::granularity`](crate::analyse::Settings::granularity).) *Guarantees*: no quad becomes coarser.
 
 use bytemuck::{Pod, Zeroable};
 

@@ -28,7 +28,7 @@ pub struct Setting {
     pub luma: LumaName,
     /// The largest rate.
     pub largest: LargestName,
-    /// Pixels across the area that shares one estimate: 2, 4, 8 or 16.
+    /// Pixels across the area that shares one rate, the finest of its quads': 2, 4, 8 or 16.
     pub granularity: u32,
     /// Rates are made anew every so many frames.
     pub every: u32,

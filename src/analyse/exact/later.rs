@@ -21,7 +21,7 @@ fn near(layout: SriLayout, low: [i64; 2], high: [i64; 2]) -> impl Iterator<Item 
 }
 
 /// Every quad's rate, once 4 holds only for aligned blocks of 4×4 pixels all of whose quads have it; 4x4 itself, where it is not asked
-/// for, is fine on the axis of the larger error (GDC: "0xA" becomes 2x4 where dx > dy).
+/// for, is fine on the axis of the larger error (NVIDIA's sample: 2x4 where dx > dy).
 pub(super) fn in_blocks(
     all: &[Found],
     layout: SriLayout,
