@@ -44,24 +44,31 @@ laws! {
     buffer_parts
     checkerboard
     clamped
+    constant_parts
     early_returns
     flipped
+    flips
     group_and_local
+    group_buffer
     guarded
+    half_size
     helpers
     layers
     lone_groups
     morton
     odd_groups
     overrides
+    parity
     plain
     planes
     private_place
+    ragged_blocks
     rows_by_data
     sliced_loop
     split_screen
     strided
     targets
+    through_pointers
     tile_bits
     tile_order
     transposed
@@ -85,6 +92,10 @@ fn larger_rates() {
         "layers",
         "transposed",
         "accumulate",
+        "half_size",
+        "parity",
+        "ragged_blocks",
+        "constant_parts",
     ];
     for (index, name) in names.into_iter().enumerate() {
         let mut job = Job::new("main");

@@ -130,8 +130,8 @@ const OWN_INVARIANTS: [(&str, usize, &str); 22] = [
     ),
     (
         "passes/src/transform/specialise.rs",
-        5,
-        "the analysis numbered the statements",
+        7,
+        "the analysis numbered the statements, and followed the same pointers",
     ),
     (
         "passes/src/transform/recompute.rs",

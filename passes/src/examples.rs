@@ -54,6 +54,7 @@ pub fn of(code: Code) -> Option<Example> {
         102 => include_str!("codes/102.wgsl"),
         103 => include_str!("codes/103.wgsl"),
         104 => include_str!("codes/104.wgsl"),
+        105 => include_str!("codes/105.wgsl"),
         _ => return None,
     };
     let set = |line: &str| line.strip_prefix("// options: ").map(options);

@@ -65,8 +65,8 @@ codes! {
     /// The address of a store cannot be computed a second time, so it is not known where a duplicate would have stored:
     /// it is made from memory that the shader writes, from an atomic's result, or in a way that is not followed.
     AddressNotRecomputable = 10, Refusal;
-    /// A store's address is not one-to-one with the invocation: it leaves out an axis of the invocation grid, so
-    /// several invocations write one place, and a duplicate's store would be lost.
+    /// A store's address is not one-to-one with the invocation: it leaves out an axis of the invocation grid, or several pixels have
+    /// the same (`id.xy / 2u`). A duplicate's store would be lost, or which of several primaries' values stays would be chance.
     AddressNotOneToOne = 11, Refusal;
     /// A store runs only for some ids and does not go to a pixel's own address. When the invocation that was to run it
     /// is a duplicate, the store would be lost.
@@ -123,6 +123,9 @@ codes! {
     /// The entry point on its own uses more uniform or storage buffers than WebGPU's default limit, so the device is one that gives
     /// more; it has to give one more of each.
     BeyondUsualLimit = 104, Warning;
+    /// The invocations of a workgroup work together on one pixel, the workgroup's own. A primary would have to be a whole workgroup; here
+    /// it is an invocation, no two that store lie in one block, and no rate saves anything.
+    PixelIsAGroup = 105, Warning;
 }
 
 impl fmt::Display for Code {

@@ -113,6 +113,28 @@ fn names_that_end_in_digits_stay_what_they_are() {
 }
 
 #[test]
+fn an_entry_point_may_have_the_name_of_a_built_in_function() {
+    let shader = |body: &str| {
+        format!(
+            "@group(0) @binding(0) var<storage, read_write> out: array<f32>; @compute @workgroup_size(1) fn step() {{ {body} }}"
+        )
+    };
+    let text = written(&shader("out[0] = floor(1.5);"));
+    assert!(text.contains("fn step()"), "{text}");
+    // a module's own function hides the built-in one, so the text could not call it; neither can the author's
+    let mut module = parse(&shader("out[0] = floor(out[1]);")).0;
+    module.entry_points[0].name = "floor".to_owned();
+    let info = naga::valid::Validator::new(Default::default(), Default::default())
+        .validate(&module)
+        .expect("a valid module");
+    let error = emit::wgsl(&module, &info).expect_err("no such text");
+    assert!(
+        matches!(&error, emit::EmitError::Name(name) if name == "floor"),
+        "{error}"
+    );
+}
+
+#[test]
 fn a_name_is_not_restored_if_another_thing_is_called_so() {
     // naga writes `a1` as `a1_`; were `a1_` of the author's own, the two must stay apart
     let text = written(
@@ -159,6 +181,28 @@ fn ray_queries_have_no_text() {
     );
     let error = emit::wgsl(&module, &info).expect_err("no text");
     assert!(error.to_string().contains("ray queries"), "{error}");
+}
+
+#[cfg(feature = "spirv")]
+#[test]
+fn what_nagas_spirv_writer_cannot_check_is_told_with_a_way_out() {
+    let (module, info) = parse(
+        "
+        enable wgpu_binding_array;
+        struct Vertices { all: array<vec4<f32>> }
+        @group(0) @binding(0) var<storage> buffers: binding_array<Vertices>;
+        @group(0) @binding(1) var<storage, read_write> out: array<vec4<f32>>;
+        @compute @workgroup_size(1) fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+            out[0] = buffers[1].all[id.x];
+        }
+        ",
+    );
+    let mut form = emit::Form::default();
+    let error = emit::spirv(&module, &info, &form).expect_err("no SPIR-V");
+    let told = error.to_string();
+    assert!(told.contains("`--no-bounds-checks`"), "{told}");
+    form.checks_bounds = false;
+    assert!(emit::spirv(&module, &info, &form).is_ok());
 }
 
 #[test]

@@ -384,3 +384,32 @@ fn deep_imports_are_refused() {
         let _ = read(&[("a.wgsl", &text)], &[]);
     }
 }
+
+#[test]
+fn a_value_that_nobody_defined_is_named() {
+    let told = help("fn value(x: u32) -> f32 { return f32(x) * #{DEPTH}; }");
+    assert_eq!(
+        told,
+        "`DEPTH` is not defined: `--define DEPTH=VALUE` does so"
+    );
+}
+
+#[cfg(feature = "glsl")]
+#[test]
+fn a_glsl_block_without_an_instance_is_called_by_its_own_name() {
+    let text = "#version 450
+        layout(local_size_x = 8, local_size_y = 8) in;
+        layout(std430, set = 0, binding = 0) buffer Sums { float sums[]; };
+        void main() { sums[gl_GlobalInvocationID.y * 64u + gl_GlobalInvocationID.x] = 1.0; }";
+    let shader = Reader::new()
+        .read(Language::Glsl, [("a.comp", text.as_bytes().to_vec())])
+        .unwrap_or_else(|invalid| panic!("{}", invalid.rendered));
+    let rewritten = rewrite(
+        &shader.module,
+        &shader.info,
+        Entries::PerPixel,
+        &Options::default(),
+    )
+    .expect("a rewrite");
+    assert_eq!(rewritten.manifest.entries[0].targets[0].name, "Sums");
+}

@@ -239,14 +239,19 @@ pub struct ConditionSite {
     pub span: Span,
 }
 
-/// The span of a statement for a reader: naga gives built-in statements only their callee's word, so the operands'
-/// spans are added.
+/// The span of a statement for a reader: naga gives built-in statements only their callee's word, so the spans of the operands that
+/// are written behind it are added; a `let` further up is not.
 pub fn statement_span(function: &Function, statement: &Statement, span: Span) -> Span {
     let mut whole = span;
     crate::ir::visit::statement_operands(statement, &mut |&operand| {
+        let of = function.expressions.get_span(operand);
+        let is_behind = match (span.to_range(), of.to_range()) {
+            (Some(own), Some(of)) => of.start >= own.start,
+            _ => !span.is_defined(),
+        };
         // a variable's span is its declaration, far away
-        if !function.expressions[operand].needs_pre_emit() {
-            whole.subsume(function.expressions.get_span(operand));
+        if is_behind && !function.expressions[operand].needs_pre_emit() {
+            whole.subsume(of);
         }
     });
     whole

@@ -227,6 +227,9 @@ impl Audit<'_> {
             "it has another number of entry points".to_owned()
         })?;
         for (before, after) in before.iter().zip(after) {
+            if after.name.strip_suffix('_') == Some(&before.name) {
+                return Err(EmitError::Name(before.name.clone()));
+            }
             check(
                 before.name == after.name
                     && before.stage == after.stage

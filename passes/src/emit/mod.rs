@@ -43,6 +43,11 @@ pub enum EmitError {
     /// The text does not say what the module says.
     #[error("the WGSL text would not mean the same as the module: {0}")]
     Audit(String),
+    /// An entry point has the name of a built-in function that the shader calls.
+    #[error(
+        "the entry point `{0}` cannot keep its name in WGSL text, which calls the built-in function `{0}`: give it another name, or write SPIR-V"
+    )]
+    Name(String),
     /// There is no such entry point.
     #[error("no entry point is called `{0}`")]
     NoEntry(String),

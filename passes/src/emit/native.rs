@@ -129,9 +129,16 @@ impl Job<'_> {
     }
 
     fn failed(&self, why: impl ToString) -> EmitError {
+        let why = why.to_string();
         EmitError::BackEnd {
             language: self.target.language(),
-            why: why.to_string(),
+            // what it says of a valid module
+            why: match why.contains("bad SPIR-V wrapper struct inference") {
+                true => "naga's writer cannot check the bounds of a buffer in a binding array, in the original neither; leave the checks out \
+                         (`--no-bounds-checks`) where the device gives robust access to buffers, or write WGSL"
+                    .to_owned(),
+                false => why,
+            },
         }
     }
 

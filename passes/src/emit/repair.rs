@@ -205,7 +205,7 @@ fn layout_gaps(module: &Module) -> Result<HashMap<(Handle<Type>, usize), u32>, E
     Ok(gaps)
 }
 
-/// naga writes `name1_` for `name1`; gives every such name back its own form where nothing else is called so.
+/// naga writes `name1_` for `name1`, and `step_` for `step`; gives names back their own form where nothing else is called so.
 fn restore_names(text: String, module: &Module) -> String {
     let mut wanted = HashSet::new();
     let mut want = |name: Option<&String>| {
@@ -225,10 +225,6 @@ fn restore_names(text: String, module: &Module) -> String {
         .constants
         .iter()
         .for_each(|(_, c)| want(c.name.as_ref()));
-    module
-        .overrides
-        .iter()
-        .for_each(|(_, o)| want(o.name.as_ref()));
     module
         .global_variables
         .iter()
@@ -252,11 +248,10 @@ fn restore_names(text: String, module: &Module) -> String {
     module.entry_points.iter().for_each(|entry| {
         want_function(&entry.function);
     });
-    module.entry_points.iter().for_each(|entry| {
-        if entry.name.ends_with(|c: char| c.is_ascii_digit()) {
-            wanted.insert(entry.name.clone());
-        }
-    });
+    // what the program that runs the shader calls it by; an author may call it as a built-in function is called, too
+    let outside = module.overrides.iter().filter_map(|(_, o)| o.name.as_ref());
+    wanted.extend(outside.cloned());
+    wanted.extend(module.entry_points.iter().map(|entry| entry.name.clone()));
     let present: HashSet<&str> = identifiers(&text).map(|(_, word)| word).collect();
     wanted.retain(|name| {
         !present.contains(name.as_str()) && present.contains(format!("{name}_").as_str())

@@ -24,6 +24,11 @@ pub(super) fn hint(report: &Report, source: &Source) -> Option<String> {
     if let Some(name) = between(message, "the `", "` enable extension is not enabled") {
         return Some(format!("write `enable {name};` at the head of the file"));
     }
+    if let Some(name) = undefined(report, source) {
+        return Some(format!(
+            "`{name}` is not defined: `--define {name}=VALUE` does so"
+        ));
+    }
     if words.starts_with('#') || words.starts_with("import") || compose::has_commands(source.text())
     {
         return Some(
@@ -46,6 +51,13 @@ pub(super) fn hint(report: &Report, source: &Source) -> Option<String> {
         ));
     }
     None
+}
+
+/// The name in a `#{NAME}` that nothing was put in the place of.
+fn undefined<'t>(report: &Report, source: &'t Source) -> Option<&'t str> {
+    let (span, _) = report.labels.first()?;
+    let rest = source.text().get(span.to_range()?.start..)?;
+    Some(rest.strip_prefix("#{")?.split_once('}')?.0)
 }
 
 fn between<'t>(text: &'t str, before: &str, after: &str) -> Option<&'t str> {

@@ -138,7 +138,13 @@ pub(super) fn glsl(files: Vec<(String, String)>, defines: &Defines) -> Result<Sh
 }
 
 #[cfg(any(feature = "spirv", feature = "glsl"))]
-fn finish(module: naga::Module, source: Source) -> Result<Shader, Invalid> {
+fn finish(mut module: naga::Module, source: Source) -> Result<Shader, Invalid> {
+    // `buffer Sums { .. };` has a name for its block alone, and `--target Sums=leader` has to mean something
+    for (_, global) in module.global_variables.iter_mut() {
+        if global.binding.is_some() && global.name.is_none() {
+            global.name = module.types[global.ty].name.clone();
+        }
+    }
     let depth = crate::deep::of_module(&module);
     super::check_depth(depth, &source)?;
     let info = crate::deep::run_if_deep(depth, || super::validate(&module, &source))?;

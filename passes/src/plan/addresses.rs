@@ -24,10 +24,12 @@ impl Planner<'_> {
             self.refuse_nothing_per_pixel(&stores);
             return Vec::new();
         }
-        stores
+        let copies: Vec<CopyPlan> = stores
             .into_iter()
             .filter_map(|store| self.plan_copy(store, domain))
-            .collect()
+            .collect();
+        self.warn_of_groups_for_pixels(&copies);
+        copies
     }
 
     fn refuse_nothing_per_pixel(&mut self, stores: &[usize]) {
@@ -79,17 +81,17 @@ impl Planner<'_> {
             );
             return None;
         }
-        let tangents: Option<Vec<Tangent>> = terms
-            .iter()
-            .map(|&term| self.tangents.of(&mut self.found.terms, &mut self.on, term))
-            .map(|tangent| tangent.filter(Tangent::is_pixel_only))
-            .collect();
+        let tangents = self.tangents_of(store);
         let one_to_one = match tangents.as_deref() {
             Some(tangents) => is_one_to_one(tangents),
             None => self.strides_tell_apart(&terms),
         };
+        let is_copied = self.policy(global) != Policy::Leader;
+        if is_copied && !one_to_one && self.refuse_together(store) {
+            return None;
+        }
         let guards = self.guards_of(store, domain, tangents.as_deref(), one_to_one)?;
-        if self.policy(global) == Policy::Leader {
+        if !is_copied {
             return None;
         }
 

@@ -97,7 +97,8 @@ impl Planner<'_> {
         None
     }
 
-    fn tangents_of(&mut self, index: usize) -> Option<Vec<Tangent>> {
+    /// How the parts of an access's address move with the pixel, if all of them do.
+    pub(super) fn tangents_of(&mut self, index: usize) -> Option<Vec<Tangent>> {
         let terms = self.access(index).address.terms();
         terms
             .into_iter()

@@ -4,7 +4,7 @@
 
 use naga::Span;
 
-use super::{Planner, apart::Meet, domain::Domain};
+use super::{Planner, addresses::is_one_to_one, apart::Meet, domain::Domain};
 use crate::{
     analysis::{Access, AccessKind, Address, AtomicKind, Facts, Tie, term::Step},
     finding::{Code, Finding},
@@ -146,13 +146,13 @@ impl Planner<'_> {
         let is_same =
             |&store: &usize| accesses[store].kind.replaces() && same_place(read, &accesses[store]);
         let (span, name) = (read.span, self.name(global));
-        let own = match writes.iter().any(is_same) {
-            true => true,
-            false => match self.meet_any(index, &writes, domain) {
-                Meet::Never => return, // nobody stores there
-                Meet::Own => true,
-                Meet::Perhaps => false,
-            },
+        let (same, others): (Vec<usize>, Vec<usize>) =
+            writes.iter().partition(|store| is_same(store));
+        let is_shared = same.iter().any(|&store| self.is_shared(store));
+        let own = match self.meet_any(index, &others, domain) {
+            Meet::Never if same.is_empty() => return, // nobody stores there
+            Meet::Never | Meet::Own => !is_shared,
+            Meet::Perhaps => false,
         };
         if own && self.policy(global) == Policy::Leader {
             self.say(
@@ -192,11 +192,20 @@ impl Planner<'_> {
             .map(|store| store.span);
         let mut finding = Finding::new(
             Code::ReadsOthersOutput,
-            format!("`{name}` is read at another place than this invocation's own, while others write it"),
+            match is_shared {
+                true => format!("`{name}` is read at a place that several pixels write"),
+                false => format!("`{name}` is read at another place than this invocation's own, while others write it"),
+            },
         )
         .at(span, "reads another invocation's output");
         if let Some(store) = store {
-            finding = finding.at(store, "the invocation's own place");
+            finding = finding.at(
+                store,
+                match is_shared {
+                    true => "stores there",
+                    false => "the invocation's own place",
+                },
+            );
         }
         self.say(finding.help(
             "read from a second resource that this dispatch does not write, as a ping-pong pair does",
@@ -205,6 +214,14 @@ impl Planner<'_> {
 }
 
 impl Planner<'_> {
+    /// Whether several pixels have a store's place for their own.
+    fn is_shared(&mut self, store: usize) -> bool {
+        let is_own = self
+            .tangents_of(store)
+            .is_some_and(|tangents| is_one_to_one(&tangents));
+        !is_own && self.meet_together(store).is_some()
+    }
+
     /// Where a read and any of several writes meet.
     fn meet_any(&mut self, read: usize, writes: &[usize], domain: &Domain) -> Meet {
         let mut found = Meet::Never;

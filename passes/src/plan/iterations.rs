@@ -6,13 +6,13 @@
 //! them holds. *Guarantees*: every invocation that stores fulfils the result. Where a loop's end is not a number, or is too far
 //! off, there is no result, and the conditions are taken to hold.
 
-use naga::{BinaryOperator, Literal};
+use naga::Literal;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::Planner;
 use crate::analysis::{
     guard::{Formula, flatten},
-    term::{LoopId, Operands, Step, Term, TermId, Terms, integer},
+    term::{LoopId, Term, TermId, Terms},
 };
 
 /// Iterations that are followed, of all loops around a store together.
@@ -235,88 +235,11 @@ fn with(terms: &mut Terms, id: TermId, values: &mut Values) -> Option<TermId> {
 }
 
 fn put(terms: &mut Terms, id: TermId, values: &mut Values) -> Option<TermId> {
-    let term = terms.get(id).clone();
-    let mut put = |terms: &mut Terms, id: TermId| with(terms, id, values);
-    Some(match term {
-        Term::Literal(_)
-        | Term::Constant(_)
-        | Term::Override(_)
-        | Term::Zero(_)
-        | Term::Id(_)
-        | Term::Resource(..)
-        | Term::ArrayLength(..) => id,
+    match terms.get(id) {
         Term::LoopVar { of, var, part } => {
+            let (of, var, part) = (*of, *var, part.clone());
             let value = *values.of.get(&(of, var))?;
-            terms.project(value, &part)
-        }
-        Term::Compose { ty, parts } => {
-            let parts = parts
-                .iter()
-                .map(|&part| put(terms, part))
-                .collect::<Option<_>>()?;
-            terms.compose(ty, parts)
-        }
-        Term::Extract(base, index) => {
-            let base = put(terms, base)?;
-            terms.extract(base, index)
-        }
-        // a table of what each iteration works on
-        Term::Index(base, index) => {
-            let (base, index) = (put(terms, base)?, put(terms, index)?);
-            terms.index(base, index)
-        }
-        Term::Splat(size, value) => {
-            let value = put(terms, value)?;
-            terms.intern(Term::Splat(size, value))
-        }
-        Term::Unary(op, value) => {
-            let value = put(terms, value)?;
-            terms.intern(Term::Unary(op, value))
-        }
-        Term::Binary(op, left, right) => {
-            let (left, right) = (put(terms, left)?, put(terms, right)?);
-            match compare(op, terms.as_literal(left), terms.as_literal(right)) {
-                Some(result) => terms.bool(result),
-                // floats do not commute bit for bit where one is a NaN, and are left as they stand
-                None => terms.binary(op, Operands::Other, left, right),
-            }
-        }
-        Term::Select(condition, accept, reject) => {
-            let condition = put(terms, condition)?;
-            let (accept, reject) = (put(terms, accept)?, put(terms, reject)?);
-            terms.select(condition, accept, reject)
-        }
-        Term::Relational(fun, argument) => {
-            let argument = put(terms, argument)?;
-            terms.intern(Term::Relational(fun, argument))
-        }
-        Term::Math(fun, arguments) => {
-            let arguments = arguments
-                .iter()
-                .map(|&argument| put(terms, argument))
-                .collect::<Option<_>>()?;
-            terms.intern(Term::Math(fun, arguments))
-        }
-        Term::As(kind, convert, value) => {
-            let value = put(terms, value)?;
-            terms.cast(kind, convert, value)
-        }
-        Term::Load(global, path) => {
-            let path = path
-                .iter()
-                .map(|step| match *step {
-                    Step::Dynamic(index) => put(terms, index).map(Step::Dynamic),
-                    Step::Index(index) => Some(Step::Index(index)),
-                })
-                .collect::<Option<_>>()?;
-            terms.intern(Term::Load(global, path))
-        }
-        Term::ImageQuery(query, image, level) => {
-            let level = match level {
-                Some(level) => Some(put(terms, level)?),
-                None => None,
-            };
-            terms.intern(Term::ImageQuery(query, image, level))
+            Some(terms.project(value, &part))
         }
         Term::Insert(..)
         | Term::Update(..)
@@ -325,21 +248,7 @@ fn put(terms: &mut Terms, id: TermId, values: &mut Values) -> Option<TermId> {
         | Term::Call(..)
         | Term::LoopExit { .. }
         | Term::Merge { .. }
-        | Term::Opaque { .. } => return None,
-    })
-}
-
-/// What a comparison of two numbers comes to.
-fn compare(op: BinaryOperator, left: Option<Literal>, right: Option<Literal>) -> Option<bool> {
-    use BinaryOperator as B;
-    let (left, right) = (integer(left)?, integer(right)?);
-    match op {
-        B::Less => Some(left < right),
-        B::LessEqual => Some(left <= right),
-        B::Greater => Some(left > right),
-        B::GreaterEqual => Some(left >= right),
-        B::Equal => Some(left == right),
-        B::NotEqual => Some(left != right),
-        _ => None,
+        | Term::Opaque { .. } => None,
+        _ => terms.rebuilt(id, &mut |terms, operand| with(terms, operand, values)),
     }
 }

@@ -13,6 +13,7 @@ mod exchanges;
 mod hazards;
 mod iterations;
 pub mod regions;
+mod together;
 
 use naga::{Function, GlobalVariable, Handle, Module, Span, valid::ModuleInfo};
 

@@ -21,7 +21,9 @@ use rustc_hash::FxHashMap;
 
 use super::copies::{ChainStep, Copies, CopyCall, Operand, StoreOperands};
 use crate::{
-    analysis::{Access, FunctionRef, Instance, InstanceId, facts::constant_steps},
+    analysis::{
+        Access, Address, FunctionRef, Instance, InstanceId, facts::constant_steps, term::Step,
+    },
     ir::{
         build::{self, Code},
         statements::{StatementId, rebuild},
@@ -207,9 +209,13 @@ impl<'s, 'm> Specialise<'s, 'm> {
             handle,
             ty: self.type_of(module, of, handle),
         };
+        let known = match &access.address {
+            Address::Part(steps) => steps,
+            Address::Texel { .. } => &access.target.element,
+        };
         match *find(function, access.statement) {
             Statement::Store { pointer, value } => {
-                let steps = chain(function, pointer, &mut operand);
+                let steps = chain(function, pointer, known, &mut operand);
                 StoreOperands {
                     steps,
                     texel: None,
@@ -223,7 +229,7 @@ impl<'s, 'm> Specialise<'s, 'm> {
                 value,
                 ..
             } => StoreOperands {
-                steps: chain(function, pointer, &mut operand),
+                steps: chain(function, pointer, known, &mut operand),
                 texel: None,
                 value: operand(value),
                 atomic: Some(fun),
@@ -235,7 +241,7 @@ impl<'s, 'm> Specialise<'s, 'm> {
                 fun,
                 value,
             } => StoreOperands {
-                steps: chain(function, image, &mut operand),
+                steps: chain(function, image, known, &mut operand),
                 texel: Some((operand(coordinate), array_index.map(&mut operand))),
                 value: operand(value),
                 atomic: Some(fun),
@@ -246,7 +252,7 @@ impl<'s, 'm> Specialise<'s, 'm> {
                 array_index,
                 value,
             } => StoreOperands {
-                steps: chain(function, image, &mut operand),
+                steps: chain(function, image, known, &mut operand),
                 texel: Some((operand(coordinate), array_index.map(&mut operand))),
                 value: operand(value),
                 atomic: None,
@@ -376,37 +382,32 @@ fn find(function: &Function, id: StatementId) -> &Statement {
     }
 }
 
-/// The steps of a pointer or of a binding array, from its variable on.
+/// The steps of a pointer or of a binding array, from its variable on. `known` are the same steps as the analysis has them, for which
+/// an index may be a number that is none in the function's text: a helper's argument, a constant.
 fn chain(
     function: &Function,
     mut pointer: Handle<Expression>,
+    known: &[Step],
     operand: &mut impl FnMut(Handle<Expression>) -> Operand,
 ) -> Vec<ChainStep> {
     debug_assert!(matches!(
         function.expressions[constant_steps(function, pointer).0],
         Expression::GlobalVariable(_)
     ));
-    let mut steps = Vec::new();
-    loop {
-        pointer = match function.expressions[pointer] {
-            Expression::AccessIndex { base, index } => {
-                steps.push(ChainStep::Index(index));
-                base
-            }
-            Expression::Access { base, index } => {
-                steps.push(match function.expressions[index] {
-                    Expression::Literal(naga::Literal::U32(index)) => ChainStep::Index(index),
-                    Expression::Literal(naga::Literal::I32(index)) if index >= 0 => {
-                        ChainStep::Index(index as u32)
-                    }
-                    _ => ChainStep::Computed(operand(index)),
-                });
-                base
-            }
-            _ => {
-                steps.reverse();
-                return steps;
-            }
+    let mut steps = Vec::with_capacity(known.len());
+    for step in known.iter().rev() {
+        let (base, computed) = match function.expressions[pointer] {
+            Expression::AccessIndex { base, .. } => (base, None),
+            Expression::Access { base, index } => (base, Some(index)),
+            ref other => unreachable!("{other:?} is no step"),
         };
+        pointer = base;
+        steps.push(match (*step, computed) {
+            (Step::Index(index), _) => ChainStep::Index(index),
+            (Step::Dynamic(_), Some(index)) => ChainStep::Computed(operand(index)),
+            (Step::Dynamic(_), None) => unreachable!("a member is at a constant place"),
+        });
     }
+    steps.reverse();
+    steps
 }

@@ -12,6 +12,7 @@
 //! computed anywhere, from the ids alone (see [`recompute`](crate::transform::recompute)).
 
 mod constants;
+mod rebuild;
 mod simplify;
 
 use std::hash::{Hash, Hasher};

@@ -248,6 +248,8 @@ impl Terms<'_> {
                 return left;
             }
             B::Multiply if is(self, left, 1) => return right,
+            B::Multiply if is(self, left, 0) => return left,
+            B::Multiply if is(self, right, 0) => return right,
             B::Multiply | B::Divide if is(self, right, 1) => return left,
             // what WGSL says of a division by zero at run time; naga accepts none by a literal
             B::Divide if is(self, right, 0) => return left,
@@ -273,24 +275,43 @@ impl Terms<'_> {
     }
 }
 
-/// Folds the operations that addresses are made of. Wraps, as WGSL does.
+/// Folds the operations that addresses are made of. Wraps, as WGSL does; what it leaves open (a division by zero, a shift by more
+/// bits than there are) stays as it stands.
 fn fold(op: BinaryOperator, left: Literal, right: Literal) -> Option<Literal> {
     use BinaryOperator as B;
     match (left, right) {
-        (Literal::U32(a), Literal::U32(b)) => match op {
-            B::Add => Some(Literal::U32(a.wrapping_add(b))),
-            B::Subtract => Some(Literal::U32(a.wrapping_sub(b))),
-            B::Multiply => Some(Literal::U32(a.wrapping_mul(b))),
-            B::Equal => Some(Literal::Bool(a == b)),
-            B::NotEqual => Some(Literal::Bool(a != b)),
-            _ => None,
-        },
-        (Literal::I32(a), Literal::I32(b)) => match op {
-            B::Add => Some(Literal::I32(a.wrapping_add(b))),
-            B::Subtract => Some(Literal::I32(a.wrapping_sub(b))),
-            B::Multiply => Some(Literal::I32(a.wrapping_mul(b))),
-            B::Equal => Some(Literal::Bool(a == b)),
-            B::NotEqual => Some(Literal::Bool(a != b)),
+        (Literal::U32(a), Literal::U32(b)) => Some(match op {
+            B::Equal => Literal::Bool(a == b),
+            B::NotEqual => Literal::Bool(a != b),
+            B::Add => Literal::U32(a.wrapping_add(b)),
+            B::Subtract => Literal::U32(a.wrapping_sub(b)),
+            B::Multiply => Literal::U32(a.wrapping_mul(b)),
+            B::Divide => Literal::U32(a.checked_div(b)?),
+            B::Modulo => Literal::U32(a.checked_rem(b)?),
+            B::And => Literal::U32(a & b),
+            B::InclusiveOr => Literal::U32(a | b),
+            B::ExclusiveOr => Literal::U32(a ^ b),
+            // bits that are shifted out are lost
+            B::ShiftLeft if b < 32 => Literal::U32(a << b),
+            B::ShiftRight if b < 32 => Literal::U32(a >> b),
+            _ => return None,
+        }),
+        (Literal::I32(a), Literal::I32(b)) => Some(match op {
+            B::Equal => Literal::Bool(a == b),
+            B::NotEqual => Literal::Bool(a != b),
+            B::Add => Literal::I32(a.wrapping_add(b)),
+            B::Subtract => Literal::I32(a.wrapping_sub(b)),
+            B::Multiply => Literal::I32(a.wrapping_mul(b)),
+            B::Divide => Literal::I32(a.checked_div(b)?),
+            B::Modulo => Literal::I32(a.checked_rem(b)?),
+            B::And => Literal::I32(a & b),
+            B::InclusiveOr => Literal::I32(a | b),
+            B::ExclusiveOr => Literal::I32(a ^ b),
+            _ => return None,
+        }),
+        (Literal::I32(a), Literal::U32(b)) => match op {
+            B::ShiftLeft if b < 32 => Some(Literal::I32(a << b)),
+            B::ShiftRight if b < 32 => Some(Literal::I32(a >> b)),
             _ => None,
         },
         _ => None,

@@ -322,6 +322,8 @@ impl<'a> Walk<'a> {
                 let span = statement_span(frame.function, statement, span);
                 if let Some(target) = self.written_texture(frame, image) {
                     let address = self.texel(frame, coordinate, array_index);
+                    // what needs no emission has no term yet
+                    self.value(frame, value);
                     self.note_access(frame, AccessKind::Store { value }, target, address, span);
                 }
             }
@@ -476,6 +478,7 @@ impl<'a> Walk<'a> {
                 };
                 let address = Address::Part(place.steps.clone());
                 let span = statement_span(frame.function, statement, span);
+                self.value(frame, value);
                 self.note_access(frame, AccessKind::Store { value }, target, address, span);
             }
             Root::WorkGroup(global) => self.note_tie(frame, Tie::WorkGroup(global), span),
