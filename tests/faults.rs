@@ -72,6 +72,16 @@ fn caught_in(
 }
 
 #[test]
+fn a_block_goes_on_into_the_next_row() {
+    caught_with(
+        "ragged_blocks",
+        ">= captured_d)",
+        ">= (captured_d + 4u))",
+        &[("picture.width", 61.0), ("picture.height", 47.0)],
+    );
+}
+
+#[test]
 fn a_wrong_mask_bit() {
     caught("plain", "& 2u) != 0u", "& 4u) != 0u");
 }

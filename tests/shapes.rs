@@ -70,6 +70,17 @@ fn atomics_count_for_all_pixels() {
 }
 
 #[test]
+fn additions_beyond_the_end_are_no_failure() {
+    hold("atomics_beyond", |job| {
+        job.options.atomics = Atomics::Weight
+    });
+    // for every pixel, before the rest
+    hold("atomics_beyond", |job| {
+        job.options.targets.insert("cells".to_owned(), Policy::Full);
+    });
+}
+
+#[test]
 fn duplicates_keep_what_a_leader_does_not_store() {
     hold("leader", |job| {
         job.options

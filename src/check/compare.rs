@@ -84,6 +84,8 @@ pub struct Original {
     pub book: AddressBook,
     /// For each invocation, whether it ever stored, in any run, to a target that is not [`Policy::Full`].
     pub stores_ever: Vec<bool>,
+    /// For each output, the invocation that was seen to store to each unit, in any run.
+    pub owners: Vec<HashMap<u32, usize>>,
     /// Whether which invocations store depends on data.
     pub depends_on_data: bool,
     /// What it wrote.
@@ -383,6 +385,10 @@ impl Original {
                     let [x, y, _] = position(pixel, self.log.grid());
                     let is_beyond = x >= self.size[0] || y >= self.size[1];
                     let optional = optional || is_unlike && (!is_own || is_beyond);
+                    // what is another's place, the pixel's own bounds keep it from
+                    if is_unlike && self.is_anothers(output, site, place, pixel) {
+                        continue;
+                    }
                     let source = if is_outside { place } else { stored.place };
                     let pairs = units(site, place).zip(units(site, source));
                     for ((unit, from), is_padding) in pairs.zip(&site.padding) {
@@ -435,6 +441,12 @@ impl Original {
         }
     }
 
+    /// Whether another invocation was seen to store to a place.
+    fn is_anothers(&self, output: usize, site: &Site, place: u32, pixel: usize) -> bool {
+        let owners = &self.owners[output];
+        units(site, place).any(|unit| owners.get(&unit).is_some_and(|&owner| owner != pixel))
+    }
+
     fn overlap(&self, a: Stored, b: Stored) -> bool {
         let (site_a, site_b) = (&self.sites[a.site as usize], &self.sites[b.site as usize]);
         if a.place == OUTSIDE || b.place == OUTSIDE || site_a.global != site_b.global {
@@ -462,10 +474,12 @@ impl Original {
             let (before, after) = (&self.initial[output], &got[output]);
             let counted = match expected.tallies.is_empty() {
                 true => HashSet::new(),
-                false => match expected
-                    .tallies
-                    .compare(before, after, || self.shares_atomics(output))
-                {
+                false => match expected.tallies.compare(
+                    before,
+                    after,
+                    &|byte| self.chance[output].contains(&((byte / unit) as u32)),
+                    || self.shares_atomics(output),
+                ) {
                     Ok(counted) => counted,
                     Err(wrong) => {
                         return Some(Difference {
@@ -576,17 +590,19 @@ impl Original {
                     continue;
                 };
                 // a place that several pixels may write is not compared, nor a value that is chance; nor is one of a pixel that
-                // was never seen to store, which may lie outside the domain, where its place is another's
+                // was never seen to store there, which may lie outside the domain, or behind a bound of the store's own: then the
+                // place is another's, who may be due in one run and sky in the other
                 let Write {
                     pixel,
                     primary,
                     optional,
                     is_chance,
+                    unlike,
                     ..
                 } = due.first;
                 let [x, y, z] = pixel;
-                let is_known =
-                    !is_chance && (!optional || self.stores_ever[self.invocation([x, y], z)]);
+                let is_seen = unlike == 0 && self.stores_ever[self.invocation([x, y], z)];
+                let is_known = !is_chance && (!optional || is_seen);
                 if a != b && due.others.is_empty() && is_known && of(pixel, primary) {
                     return Some(Difference {
                         output,

@@ -4,7 +4,7 @@
 //! *Refuses* (inconclusive): an original that differs from itself, that behaves differently while it is watched, or whose
 //! invocations store to one place.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 use naga::{Handle, valid::GlobalUse};
 use vrcs_passes::{
@@ -17,7 +17,7 @@ use super::{
     compare::Original,
     given::Answered,
     inputs::{Made, Maker, Seeds},
-    reference::{AddressBook, Log, position},
+    reference::{AddressBook, Log, position, units},
     run::{Outputs, Program},
     session::{
         Session, Stop, inconclusive, initial_bytes, shape_of, texel_bytes, to_words, validated,
@@ -331,6 +331,19 @@ impl Session<'_> {
         let stores_ever = (0..each[0].len())
             .map(|i| each.iter().any(|run| run[i]))
             .collect();
+        let mut owners = vec![HashMap::new(); written.len()];
+        for log in logs {
+            for invocation in 0..log.invocations() {
+                for stored in log.of(invocation) {
+                    let site = &sites[stored.site as usize];
+                    if stored.place == instrument::OUTSIDE || site.atomic.is_some() {
+                        continue;
+                    }
+                    let owners = &mut owners[output_of_site[stored.site as usize]];
+                    owners.extend(units(site, stored.place).map(|unit| (unit, invocation)));
+                }
+            }
+        }
         // what never ran at all may run for any pixel, for other data
         let is_reached = |site: usize| logs.iter().any(|log| log.reaches(site as u32));
         let depends_on_data =
@@ -355,6 +368,7 @@ impl Session<'_> {
             size: self.job.size,
             book: AddressBook::new(logs, textures),
             stores_ever,
+            owners,
             depends_on_data,
             log: match logs.first() {
                 Some(first) => first.clone(),

@@ -11,7 +11,7 @@
 use std::collections::{HashMap, HashSet};
 
 use naga::{GlobalVariable, Handle};
-use vrcs_passes::instrument::{LogSize, OUTSIDE, Site};
+use vrcs_passes::instrument::{LogSize, OUTSIDE, STORE_WORDS, Site};
 
 /// A store in a log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,7 +24,9 @@ pub struct Stored {
     pub occurrence: u32,
     /// The place, or [`OUTSIDE`].
     pub place: u32,
-    /// The value of an atomic; of another store to a buffer, its place with each index confined to its array.
+    /// The place in a buffer with each index confined to its array.
+    pub confined: u32,
+    /// The value of an atomic.
     pub value: u32,
 }
 
@@ -55,17 +57,19 @@ impl Log {
                 most = most.max(words[0]);
                 let logged = words[0].min(size.slots) as usize;
                 let mut stores: Vec<Stored> = Vec::with_capacity(logged);
-                for pair in words[1..1 + 4 * logged].chunks_exact(4) {
-                    let occurrence = stores
-                        .iter()
-                        .filter(|stored| (stored.site, stored.path) == (pair[0], pair[3]))
-                        .count() as u32;
+                const EACH: usize = STORE_WORDS as usize;
+                for words in words[1..1 + EACH * logged].chunks_exact(EACH) {
+                    let &[site, place, path, confined, value] = words else {
+                        unreachable!("as many words as a store has");
+                    };
+                    let same = |stored: &&Stored| (stored.site, stored.path) == (site, path);
                     stores.push(Stored {
-                        site: pair[0],
-                        path: pair[3],
-                        occurrence,
-                        place: pair[1],
-                        value: pair[2],
+                        site,
+                        path,
+                        occurrence: stores.iter().filter(same).count() as u32,
+                        place,
+                        confined,
+                        value,
                     });
                 }
                 stores
@@ -109,22 +113,19 @@ impl Log {
             .count()
     }
 
-    /// The units of a resource that stores outside of it may hit: WGSL lets a driver drop such a store, or confine its
+    /// The units of a resource that stores and atomics outside of it may hit: WGSL lets a driver drop such a store, or confine its
     /// index to the array, which is some other invocation's place. What is there is chance.
     pub fn chance(&self, sites: &[Site], global: Handle<GlobalVariable>) -> HashSet<u32> {
         let outside = |stored: &&Stored| {
             let site = &sites[stored.site as usize];
-            // a texel is dropped, and so is what lies outside a buffer's atomics for all that a log tells
-            stored.place == OUTSIDE
-                && site.global == global
-                && site.size > 1
-                && site.atomic.is_none()
+            // a texel is dropped
+            stored.place == OUTSIDE && site.global == global && site.size > 1
         };
         self.stores
             .iter()
             .flatten()
             .filter(outside)
-            .flat_map(|stored| units(&sites[stored.site as usize], stored.value))
+            .flat_map(|stored| units(&sites[stored.site as usize], stored.confined))
             .collect()
     }
 
@@ -499,9 +500,9 @@ mod tests {
             atomic: None,
             span: naga::Span::UNDEFINED,
         }];
-        let apart = Log::new(&[1, 0, 0, 0, 0, 1, 0, 4, 0, 0], size);
+        let apart = Log::new(&[1, 0, 0, 0, 0, 0, 1, 0, 4, 0, 0, 0], size);
         assert_eq!(apart.race(&sites), None);
-        let together = Log::new(&[1, 0, 4, 0, 0, 1, 0, 4, 0, 0], size);
+        let together = Log::new(&[1, 0, 4, 0, 0, 0, 1, 0, 4, 0, 0, 0], size);
         assert_eq!(
             together.race(&sites).map(|race| race.invocations),
             Some([0, 1])

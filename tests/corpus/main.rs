@@ -12,6 +12,7 @@ mod common;
 mod crates;
 mod prepare;
 mod screen;
+mod spirv;
 mod table;
 mod verdicts;
 
@@ -96,6 +97,36 @@ fn the_table_is_current_and_every_refusal_has_been_read() {
         known == now,
         "the table is not current (VRCS_BLESS=1 writes it anew): {changed:#?}"
     );
+}
+
+/// Everything that is rewritten is SPIR-V that the validator takes, but for what naga writes wrongly of the original, too.
+#[test]
+fn what_is_rewritten_is_valid_spirv() {
+    if !spirv::is_there() {
+        println!("skipped: spirv-val is not installed (package spirv-tools)");
+        return;
+    }
+    let Some(rows) = rows() else {
+        println!("skipped: the corpus, for want of the crates");
+        return;
+    };
+    let mut ours = Vec::new();
+    let mut tried = 0;
+    for (row, shader) in rows {
+        let (Became::Rewritten, Some(shader)) = (&row.chosen, shader) else {
+            continue;
+        };
+        tried += 1;
+        match spirv::refused(&row, &shader) {
+            None => {}
+            Some([Some(before), Some(after)]) => {
+                println!("{}: as it is: {before}; rewritten: {after}", row.name());
+            }
+            Some([_, after]) => ours.push((row.name(), after)),
+        }
+    }
+    assert!(tried >= 60, "only {tried} were tried");
+    assert!(ours.is_empty(), "{ours:#?}");
 }
 
 #[test]

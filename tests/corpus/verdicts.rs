@@ -55,7 +55,8 @@ pub const VERDICTS: &[(&str, &str, &[&str], &str)] = &[
         "bevy_pbr",
         "multiscattering_lut.wgsl",
         &["*"],
-        "right: 64 invocations sum up one texel",
+        "right: 64 invocations sum up one texel, so a primary would be a workgroup; everything takes an invocation for a pixel so far: the prologue finds an entry by its \
+         lane, the builder's indirect arguments count a group's entries, the tile of a shader with barriers is its workgroup, and the check logs by invocation",
     ),
     (
         "bevy_pbr",

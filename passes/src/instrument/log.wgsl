@@ -28,22 +28,24 @@ fn vrcs_go_back(path: u32) {
     vrcs_path = path;
 }
 
-// Notes a store or atomic in this invocation's part of the log: their number, then site, place, an atomic's value and
-// the path of each.
-fn vrcs_log(site: u32, base: u32, size: u32, place: u32, value: u32) {
-    let start = vrcs_invocation * (1u + 4u * SLOTS);
+// Notes a store or atomic in this invocation's part of the log: their number, then site, place, path, confined place and an atomic's
+// value of each.
+fn vrcs_log(site: u32, base: u32, size: u32, place: u32, confined: u32, value: u32) {
+    let start = vrcs_invocation * (1u + 5u * SLOTS);
     if vrcs_logged < SLOTS {
-        atomicStore(&vrcs_log_words[start + 1u + 4u * vrcs_logged], site);
-        atomicStore(&vrcs_log_words[start + 2u + 4u * vrcs_logged], place);
-        atomicStore(&vrcs_log_words[start + 3u + 4u * vrcs_logged], value);
-        atomicStore(&vrcs_log_words[start + 4u + 4u * vrcs_logged], vrcs_path);
+        let slot = start + 1u + 5u * vrcs_logged;
+        atomicStore(&vrcs_log_words[slot], site);
+        atomicStore(&vrcs_log_words[slot + 1u], place);
+        atomicStore(&vrcs_log_words[slot + 2u], vrcs_path);
+        atomicStore(&vrcs_log_words[slot + 3u], confined);
+        atomicStore(&vrcs_log_words[slot + 4u], value);
     }
     vrcs_logged += 1u;
     atomicStore(&vrcs_log_words[start], vrcs_logged);
 }
 
 // Counts a store to each word of its place: a texel has one word, a buffer one for each two bytes.
-fn vrcs_count(site: u32, base: u32, size: u32, place: u32, value: u32) {
+fn vrcs_count(site: u32, base: u32, size: u32, place: u32, confined: u32, value: u32) {
     if place == 0xffffffffu {
         return;
     }

@@ -80,6 +80,9 @@ const LOG: &str = include_str!("log.wgsl");
 /// What logs, in there.
 const LOG_STORES: &str = "vrcs_log";
 
+/// Words of the log for a store.
+pub const STORE_WORDS: u32 = 5;
+
 /// How large the log is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LogSize {
@@ -91,8 +94,8 @@ pub struct LogSize {
 
 impl LogSize {
     /// The words of the log: for each invocation, x fastest, the number of its stores, then for each of `slots` stores
-    /// the site, the place, the value of an atomic, or the place in a buffer with each index confined to its array, and the path:
-    /// a number that is the same for two stores in the same iterations of the loops around them, on the same path of calls.
+    /// the site, the place, the path (a number that is the same for two stores in the same iterations of the loops around them, on the
+    /// same path of calls), the place in a buffer with each index confined to its array, and the value of an atomic.
     pub fn words(&self) -> u64 {
         let invocations: u64 = self.grid.iter().map(|&n| u64::from(n)).product();
         invocations * u64::from(self.words_each())
@@ -100,7 +103,7 @@ impl LogSize {
 
     /// The words of each invocation.
     pub fn words_each(&self) -> u32 {
-        1 + 4 * self.slots
+        1 + STORE_WORDS * self.slots
     }
 }
 
@@ -355,14 +358,14 @@ impl Context<'_> {
                 let mut arguments = [number, base, destination.size]
                     .map(|n| code.u32(n))
                     .to_vec();
-                arguments.push(place);
+                arguments.extend([place, confined]);
                 arguments.push(match atomic {
                     Some((_, value)) => code.add(Expression::As {
                         expr: value,
                         kind: naga::ScalarKind::Uint,
                         convert: None,
                     }),
-                    None => confined,
+                    None => code.u32(0),
                 });
                 code.call(self.hook, arguments, false);
                 block.append(&mut code.finish());

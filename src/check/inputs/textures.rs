@@ -105,6 +105,16 @@ impl Maker<'_> {
         })
     }
 
+    /// A float that reaches over the picture, to either side of 0; one in eight lies so far below that a place added to it is lost, so
+    /// `if depth[i] < f32(id.x) + depth[i]` is not taken for a condition of the ids alone. (Far above, it might count a loop.)
+    pub(super) fn reaching(&self, rng: &mut Rng) -> f32 {
+        let near = (rng.f32() * 2.0 - 1.0) * self.reach as f32;
+        match rng.u8(0..8) {
+            0 => near.abs() * -((1 << 25) as f32),
+            _ => near,
+        }
+    }
+
     /// A texel: poison, or something that a shader can read; floats as far from 0 as `reach`, if it is not 0.
     fn texel(&self, format: wgpu::TextureFormat, poison: bool, rng: &mut Rng) -> Vec<u8> {
         use wgpu::TextureFormat as F;
@@ -112,7 +122,7 @@ impl Maker<'_> {
         let components = usize::from(format.components());
         let float = |rng: &mut Rng| match poison {
             true => 2.0 + rng.f32(),
-            false if self.reach > 0 => (rng.f32() * 2.0 - 1.0) * self.reach as f32,
+            false if self.reach > 0 => self.reaching(rng),
             false => match self.end(rng) {
                 Some(end) => f32::from(end),
                 None => rng.f32(),
@@ -120,7 +130,7 @@ impl Maker<'_> {
         };
         match format {
             F::R16Float | F::Rg16Float | F::Rgba16Float => (0..components)
-                .flat_map(|_| f16::from_f32(float(rng)).to_le_bytes())
+                .flat_map(|_| f16::from_f32(float(rng).max(f16::MIN.into())).to_le_bytes())
                 .collect(),
             F::R32Float | F::Rg32Float | F::Rgba32Float => (0..components)
                 .flat_map(|_| float(rng).to_le_bytes())

@@ -174,9 +174,10 @@ impl Maker<'_> {
         }
         (0..count)
             .map(|_| match scalar.kind {
-                ScalarKind::Float if self.reach > 0 => {
-                    (rng.f64() * 2.0 - 1.0) * f64::from(self.reach)
+                ScalarKind::Float if self.reach > 0 && scalar.width == 2 => {
+                    f64::from(self.reaching(rng).max(f16::MIN.into()))
                 }
+                ScalarKind::Float if self.reach > 0 => f64::from(self.reaching(rng)),
                 ScalarKind::Float => match self.end(rng) {
                     Some(end) => f64::from(end),
                     None => {
