@@ -8,6 +8,17 @@ use super::{
 
 /// Writes the guard; whether a block has to be closed after the body.
 pub fn guard(g: &mut Generator) -> bool {
+    if g.geometry.checkered {
+        g.shape("one colour of a checkerboard");
+        let condition = g.pick(&[
+            "((pixel.x + pixel.y) & 1u) == 1u",
+            "(pixel.x + pixel.y) % 2u != 0u",
+            "(pixel.x + pixel.y + 1u) % 2u == 0u",
+        ]);
+        g.line(format!("if {condition} {{"));
+        g.line("    return;");
+        g.line("}");
+    }
     match g.geometry.guard {
         Guard::None => false,
         Guard::OffByOne => {
@@ -181,7 +192,8 @@ fn unit(g: &mut Generator, scope: &Scope, target: &Target) {
         target.address = at;
         target.has_local = true;
     }
-    if g.one_in(4) {
+    // what is read besides is told by the entry point's own names
+    if target.beside.is_none() && g.one_in(4) {
         return through_helper(g, scope, &target);
     }
     let target = &target;

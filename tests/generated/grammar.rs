@@ -10,7 +10,10 @@
 //! for speed, not for its result.
 
 use fastrand::Rng;
-use vrcs_passes::{Code, Options};
+use vrcs_passes::{
+    Code, Options,
+    options::{Mode, Policy},
+};
 
 use super::{extras, targets::Target, values::Scope};
 
@@ -36,6 +39,8 @@ pub struct Shader {
     pub size: [u32; 2],
     /// The shapes in it, for the count of what was tried.
     pub shapes: Vec<&'static str>,
+    /// What the author has to be warned of where it is rewritten.
+    pub warnings: Vec<Code>,
 }
 
 /// How the shader keeps out what lies beyond the picture.
@@ -59,6 +64,8 @@ pub struct Geometry {
     pub guard: Guard,
     /// Whether every target has a layer for each z.
     pub layered: bool,
+    /// Whether only cells of one colour of a checkerboard store anything.
+    pub checkered: bool,
     /// Whether the rewriter knows how the pixel moves with the ids, so that conditions on the ids are allowed at a store.
     pub affine: bool,
 }
@@ -192,6 +199,7 @@ pub fn shader(seed: u64) -> Shader {
             group: [8, 8],
             guard: Guard::Right,
             layered: rng.u8(0..10) == 0,
+            checkered: rng.u8(0..24) == 0,
             affine: true,
         },
         rng,
@@ -246,6 +254,25 @@ pub fn shader(seed: u64) -> Shader {
         true => (super::refused::plant(&mut generator), Options::default()),
         false => extras::choose(&mut generator, &scope, &entry, &targets),
     };
+    let mut options = options;
+    let expect = match (expect, targets.iter().any(|target| target.beside_by_bounds)) {
+        (refused @ Expect::Refused(_), _) | (refused, false) => refused,
+        // the bounds may be told in other words than the address; one reason to be refused is enough
+        (_, true) => {
+            options.targets.clear();
+            Expect::Either(Code::ReadsOthersOutput)
+        }
+    };
+    // what runs for every pixel shares nothing
+    let is_shared = |target: &&Target| {
+        target.accumulates
+            && options.mode != Mode::Graded
+            && options.policy(&target.name) != Policy::Full
+    };
+    let warnings = match targets.iter().any(|target| is_shared(&target)) {
+        true => vec![Code::SharedState],
+        false => Vec::new(),
+    };
     if closes {
         generator.close();
     }
@@ -281,5 +308,6 @@ pub fn shader(seed: u64) -> Shader {
         options,
         size,
         shapes,
+        warnings,
     }
 }

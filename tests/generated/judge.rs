@@ -45,6 +45,7 @@ pub enum Kind {
     Panicked,
     RefusedWrongly(Vec<Code>),
     NotRefused,
+    NotWarned,
     NoText,
     Broken(Law),
 }
@@ -130,6 +131,10 @@ pub fn rewritten(
     };
     match caught(|| rewrite(&module, &info, "main", options))? {
         Ok(rewritten) if !matches!(shader.expect, Expect::Refused(_)) => {
+            let is_told = |code: &Code| rewritten.warnings.iter().any(|(_, w)| w.code == *code);
+            if let Some(left_out) = shader.warnings.iter().find(|code| !is_told(code)) {
+                return bad(Kind::NotWarned, left_out.to_string());
+            }
             match caught(|| emit::wgsl(&rewritten.module, &rewritten.info))? {
                 Ok(_) => Ok(Ok((module, info, rewritten))),
                 Err(error) => bad(Kind::NoText, error.to_string()),

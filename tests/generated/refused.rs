@@ -6,7 +6,7 @@ use super::grammar::{Expect, Generator};
 
 /// Plants one.
 pub fn plant(g: &mut Generator) -> Expect {
-    let (shape, code) = match g.below(6) {
+    let (shape, code) = match g.below(8) {
         0 => {
             g.resource("var<storage, read_write> counter: array<u32, 4>;");
             g.line("if all(pixel == vec2<u32>(0u)) {");
@@ -48,6 +48,28 @@ pub fn plant(g: &mut Generator) -> Expect {
                 Code::AddressNotRecomputable,
             )
         }
+        5 => {
+            g.resource("var<storage, read_write> quarters: array<vec4<f32>, 4096>;");
+            let address = g.pick(&[
+                "(pixel.y / 2u) * 64u + pixel.x / 2u",
+                "((pixel.y >> 1u) << 6u) + (pixel.x >> 1u)",
+                "u32(f32(pixel.y) * 0.5) * 64u + u32(floor(f32(pixel.x) / 4.0))",
+                "(pixel.y & 62u) * 32u + (pixel.x & 63u)",
+            ]);
+            g.line(format!("quarters[{address}] = texel;"));
+            ("several pixels have one place", Code::AddressNotOneToOne)
+        }
+        6 => {
+            g.resource("var<storage, read_write> pairs: array<f32, 16384>;");
+            g.line("let pair = pixel.y * 96u + pixel.x;");
+            g.line("let half_of = pairs[pair] * 0.5;");
+            g.line("pairs[pair] = half_of + texel.x;");
+            g.line("pairs[pair + 1u] = half_of;");
+            (
+                "a neighbour stores to the own place, too",
+                Code::ReadsOthersOutput,
+            )
+        }
         _ => {
             g.resource("var<storage, read_write> sums: array<f32, 16384>;");
             g.line("sums[pixel.y * 96u + pixel.x] = subgroupAdd(texel.x);");
@@ -55,5 +77,9 @@ pub fn plant(g: &mut Generator) -> Expect {
         }
     };
     g.shape(shape);
-    Expect::Refused(code)
+    match shape {
+        // whether two of them come to it may be for uniforms to say
+        "several pixels have one place" => Expect::Either(code),
+        _ => Expect::Refused(code),
+    }
 }

@@ -21,7 +21,11 @@ pub struct Target {
     /// Whether the address names a variable of the entry point.
     pub has_local: bool,
     /// Whether the target is read at the place that is then written.
-    accumulates: bool,
+    pub accumulates: bool,
+    /// Another place of it that is read besides: where nobody stores, or the invocation's own.
+    pub beside: Option<String>,
+    /// Whether it takes bounds of the shader's own to see that nobody else stores there.
+    pub beside_by_bounds: bool,
     /// Whether the address surely moves with the pixel one-to-one, so that conditions on the ids are allowed.
     pub one_to_one: bool,
 }
@@ -116,11 +120,25 @@ impl Target {
             block: None,
             has_local: false,
             accumulates,
+            beside: None,
+            beside_by_bounds: false,
             one_to_one: false,
             name,
         };
         match dimension {
             "1d" => target.linear_texture(),
+            "2d" if accumulates && g.geometry.checkered => {
+                // the cells beside it are of the other colour
+                g.shape("the other colour's cells are read");
+                target.address = "pixel".to_owned();
+                target.one_to_one = true;
+                target.beside_by_bounds = true;
+                target.beside = Some(g.pick(&[
+                    "pixel + vec2<u32>(1u, 0u)".to_owned(),
+                    "vec2<u32>(pixel.x, pixel.y + 1u)".to_owned(),
+                    "vec2<i32>(pixel) - vec2<i32>(0, 1)".to_owned(),
+                ]));
+            }
             _ => target.plane(g),
         }
         if dimension == "3d" {
@@ -266,6 +284,8 @@ impl Target {
             block: None,
             has_local: false,
             accumulates: g.one_in(5),
+            beside: None,
+            beside_by_bounds: false,
             one_to_one: true,
             name,
         };
@@ -280,6 +300,8 @@ impl Target {
         target.address = index;
         if g.geometry.layered {
             target.address = format!("layer * {count}u + {}", target.address);
+            let beside = target.beside.take();
+            target.beside = beside.map(|beside| format!("layer * {count}u + {beside}"));
             count *= g.geometry.layers();
         }
         target.declare(g, element, count);
@@ -341,15 +363,29 @@ impl Target {
         };
         let rows = if confined { height } else { height + 17 };
         let linear = columns * rows;
-        match g.below(10) {
+        match g.below(11) {
             0 => {
                 let k = g.below(3) + 2;
                 let j = g.below(k);
-                (
-                    "strided buffer",
-                    format!("(pixel.y * {stride} + pixel.x) * {k}u + {j}u"),
-                    linear * k,
-                )
+                let of = |j: u32| format!("(pixel.y * {stride} + pixel.x) * {k}u + {j}u");
+                if self.accumulates && g.one_in(2) {
+                    g.shape("another element of its own is read");
+                    self.beside = Some(of((j + 1) % k));
+                }
+                ("strided buffer", of(j), linear * k)
+            }
+            10 if confined && self.accumulates && !g.geometry.layered => {
+                let planes = g.below(2) + 2;
+                let [p, q] = [g.below(planes), g.below(planes)];
+                let size = g.pick(&[
+                    "frame.width * frame.height",
+                    "(frame.size.x * frame.size.y)",
+                ]);
+                let of = |p: u32| format!("pixel.y * {stride} + pixel.x + {p}u * {size}");
+                g.shape("another plane is read");
+                self.beside = Some(of(q));
+                self.beside_by_bounds = true;
+                ("plane of a buffer", of(p), linear * planes)
             }
             1 => {
                 self.one_to_one = false;
@@ -462,9 +498,12 @@ impl Target {
         match &self.place {
             Place::Texture { of, arrayed } => {
                 let layer = if *arrayed { ", layer" } else { "" };
-                let value = match self.accumulates {
-                    true => format!("textureLoad({name}, {address}{layer}) + {value}"),
-                    false => value.to_owned(),
+                let value = match (self.accumulates, &self.beside) {
+                    (true, Some(beside)) => format!(
+                        "textureLoad({name}, {address}) + textureLoad({name}, {beside}) * {value}"
+                    ),
+                    (true, None) => format!("textureLoad({name}, {address}{layer}) + {value}"),
+                    (false, _) => value.to_owned(),
                 };
                 debug_assert!(["f32", "u32", "i32"].contains(of));
                 g.line(format!("textureStore({name}, {address}{layer}, {value});"));
@@ -481,6 +520,11 @@ impl Target {
                     };
                 }
                 match (self.accumulates, g.one_in(2)) {
+                    (true, _) if self.beside.is_some() => {
+                        let beside = self.beside.as_deref().unwrap_or_default();
+                        let beside = format!("{name}{array}[{beside}]{part}");
+                        g.line(format!("{place} = {place} + {beside} * {value};"));
+                    }
                     (true, true) => g.line(format!("{place} += {value};")),
                     (true, false) => g.line(format!("{place} = {place} * {value};")),
                     (false, _) => g.line(format!("{place} = {value};")),
