@@ -9,7 +9,7 @@ struct Frame { gain: f32 }
 @compute @workgroup_size(8, 4)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let texel = textureLoad(input, id.xy, 0);
-    if frame.gain > 2.0 {
+    if frame.gain > 0.5 {
         textureStore(picture, id.xy, texel.yxzw * 0.5);
     }
     if id.x % 4u < 2u {
