@@ -43,20 +43,14 @@ pub fn refused(row: &Row, shader: &Shader) -> Option<[Option<String>; 2]> {
 /// What the validator has against an entry point, without the numbers of ids.
 fn complaint(module: &Module, info: &ModuleInfo, entry: &str) -> Option<String> {
     let unset = module.overrides.iter().filter(|(_, o)| o.init.is_none());
-    let mut form = Form {
+    let form = Form {
         entry: Some(entry.to_owned()),
         constants: unset
             .filter_map(|(_, o)| Some((o.name.clone()?, 8.0)))
             .collect(),
         ..Form::default()
     };
-    let mut written = emit::spirv(module, info, &form);
-    // buffers in binding arrays, of which naga cannot check the bounds
-    if written.is_err() {
-        form.checks_bounds = false;
-        written = emit::spirv(module, info, &form);
-    }
-    let bytes = match written {
+    let bytes = match emit::spirv(module, info, &form) {
         Ok(written) => written.bytes,
         Err(error) => return Some(format!("naga: {error}")),
     };

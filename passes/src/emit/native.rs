@@ -129,16 +129,9 @@ impl Job<'_> {
     }
 
     fn failed(&self, why: impl ToString) -> EmitError {
-        let why = why.to_string();
         EmitError::BackEnd {
             language: self.target.language(),
-            // what it says of a valid module
-            why: match why.contains("bad SPIR-V wrapper struct inference") {
-                true => "naga's writer cannot check the bounds of a buffer in a binding array, in the original neither; leave the checks out \
-                         (`--no-bounds-checks`) where the device gives robust access to buffers, or write WGSL"
-                    .to_owned(),
-                false => why,
-            },
+            why: why.to_string(),
         }
     }
 
@@ -220,6 +213,28 @@ impl Job<'_> {
 impl Job<'_> {
     fn spirv(&self) -> Result<Written, EmitError> {
         use naga::back::spv;
+        let is_open = |global: &&GlobalVariable| {
+            let inner = &self.module.types[global.ty].inner;
+            matches!(
+                inner,
+                TypeInner::BindingArray {
+                    size: naga::ArraySize::Dynamic,
+                    ..
+                }
+            )
+        };
+        let mut globals = self
+            .module
+            .global_variables
+            .iter()
+            .map(|(_, global)| global);
+        if let Some(global) = globals.find(is_open) {
+            let name = global.name.as_deref().unwrap_or("an unnamed resource");
+            return Err(self.failed(format!(
+                "naga's writer makes no valid module of `{name}`, a binding array without a length, of the original neither; give it one \
+                 (`binding_array<T, 64>`), or write WGSL"
+            )));
+        }
         let (major, minor) = self.target.numbers();
         let options = spv::Options {
             lang_version: (major as u8, minor),
