@@ -5,15 +5,20 @@
 
 use std::fmt;
 
-use crate::analyse::{
-    half::HalfResolution,
-    integer::count,
-    own::OwnRates,
-    params::has_fixed_limits,
-    settings::{
-        Blur, Difference, Form, Granularity, Norm, Pairs, Settings, Smoothing, Stability, Weights,
+use crate::{
+    Rate,
+    analyse::{
+        half::HalfResolution,
+        integer::count,
+        own::OwnRates,
+        params::has_fixed_limits,
+        settings::{
+            Blur, Content, Difference, Form, Granularity, Norm, Pairs, Settings, Smoothing,
+            Stability, Weights,
+        },
+        tiles::SIDE,
     },
-    tiles::SIDE,
+    kernel::{self, shader},
 };
 
 /// The form in which the previous picture is had.
@@ -384,6 +389,7 @@ impl Plan {
         let mut passes = vec![PlannedPass {
             kernel: match (is_by_tiles, settings.granularity) {
                 (true, _) => "tile_rates.wgsl",
+                (false, Granularity::Quad) if is_by_lines(&effects, settings) => LINES,
                 (false, Granularity::Quad) => "analyse.wgsl",
                 (false, _) => "tiles.wgsl",
             },
@@ -453,6 +459,19 @@ impl Plan {
         Ok(plan)
     }
 
+    /// Whether the rates are made by the kernel that has room for √luma's content alone.
+    fn is_by_lines(&self) -> bool {
+        self.passes[0].kernel == LINES
+    }
+
+    /// The kernel of rates of quads by pixels.
+    pub(crate) fn kernel(&self) -> kernel::Source {
+        match self.is_by_lines() {
+            true => shader!("luma_lines.wgsl"),
+            false => shader!("analyse.wgsl"),
+        }
+    }
+
     /// Whether the attachment is made by a pass of its own.
     pub(crate) fn has_attachment_of_its_own(&self) -> bool {
         has_attachment_of_its_own(&self.scene, &self.settings)
@@ -502,10 +521,8 @@ impl Plan {
         let has = |name: &str| effects.contains(&name);
         let has_doubt = has("REPROJECTION") || self.scene.colour == ColourForm::Linear;
         let has_asides = has_doubt || has("MOTION");
-        let has_shared_sums = content.pairs == Pairs::All
-            && content.norm != Norm::LInf
-            && !has("CHANNELS")
-            && !has("PAIRWISE");
+        let has_shared_sums = has_shared_sums(effects, content);
+        let is_by_lines = granularity == Granularity::Quad && self.is_by_lines();
         // √luma that is read where it lies
         let is_direct = has_shared_sums && has("SQRT_LUMA") && !has_doubt;
         let derived = [
@@ -531,6 +548,13 @@ impl Plan {
             ("SQUARED", matches!(content.norm, Norm::L2 | Norm::Root)),
             // where a pixel was is asked for beside its colour
             ("PAST", has("PREVIOUS_RATES") || has("MATERIALS_BEFORE")),
+            ("LINES", is_by_lines),
+            (
+                "QUARTERS",
+                is_by_lines
+                    && ![Rate::R1X1, Rate::R2X1, Rate::R1X2, Rate::R2X2]
+                        .contains(&self.settings.largest),
+            ),
         ];
         defs.extend(derived.iter().filter(|d| d.1).map(|&(name, _)| (name, 1)));
         defs.push(("PAIRS", count(content.pairs)));
@@ -564,6 +588,10 @@ impl Plan {
         }
         if self.settings.granularity.is_tile() {
             return REGION;
+        }
+        if self.is_by_lines() {
+            // a wave
+            return [256, 8];
         }
         let height = match self.planes() {
             1 | 2 => 16,
@@ -625,6 +653,34 @@ fn own_pass(scene: &Scene, own: &OwnRates) -> (PlannedPass, Vec<Binding>) {
         bindings: 2 + bound.len(),
     };
     (pass, bound)
+}
+
+/// The kernel of √luma's content alone.
+const LINES: &str = "luma_lines.wgsl";
+
+/// Whether sums of neighbouring windows are made together.
+fn has_shared_sums(effects: &[&str], content: &Content) -> bool {
+    let has = |name: &str| effects.contains(&name);
+    content.pairs == Pairs::All
+        && content.norm != Norm::LInf
+        && !has("CHANNELS")
+        && !has("PAIRWISE")
+}
+
+/// Whether nothing is asked for but what the kernel of √luma's content has.
+fn is_by_lines(effects: &[&str], settings: &Settings) -> bool {
+    const KNOWN: [&str; 7] = [
+        "SQRT_LUMA",
+        "ABSOLUTE",
+        "REC709",
+        "MEAN",
+        "NORM_L1",
+        "ATTACHMENT",
+        "ORIGIN",
+    ];
+    effects.contains(&"SQRT_LUMA")
+        && effects.iter().all(|name| KNOWN.contains(name))
+        && has_shared_sums(effects, &settings.content)
 }
 
 /// The first kernel's definitions without a value.

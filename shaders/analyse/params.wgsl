@@ -48,6 +48,9 @@ const TABLE_SPEEDS: u32 = 256u;
 const SPEEDS: u32 = 1024u;
 const TABLE_FALLOFF: u32 = 2304u;
 const FALLOFF: u32 = 256u;
+// What floats compare errors with where nothing moves, for the half and the quarter rate; and whether they may
+const TABLE_SURE: u32 = 2560u;
+const TABLE_DOUBT: u32 = 2562u;
 
 // Where a pixel of the view lies in this frame's pictures.
 fn here(p: vec2<u32>) -> vec2<i32> {

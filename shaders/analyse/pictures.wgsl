@@ -5,7 +5,11 @@
 #import vrcs::analyse::fixed::{luma, quantise, BAD}
 
 #ifdef SQRT_LUMA
+#ifdef LINES
+@group(0) @binding(3) var<storage, read> colour: array<vec2<u32>>;
+#else
 @group(0) @binding(3) var<storage, read> colour: array<u32>;
+#endif
 #else
 @group(0) @binding(3) var colour: texture_2d<f32>;
 #endif
@@ -36,10 +40,18 @@ fn luma_of_codes(codes: vec3<u32>) -> vec3<u32> {
     return (square * 33025u + (square >> vec3<u32>(1u)) + vec3<u32>(65536u)) >> vec3<u32>(17u);
 }
 
+#ifdef LINES
+// The same, exact for all 256 codes as well, in two multiplications.
+fn lumas_of(codes: vec4<u32>) -> vec4<u32> {
+    return (codes * (codes * 33025u + 98u) + 64900u) >> vec4<u32>(17u);
+}
+#endif
+
 fn code_in(word: u32, x: u32) -> u32 {
     return extractBits(word, (x & 3u) * 8u, 8u);
 }
 
+#ifndef LINES
 // A word of a picture, before (0) or after (1) transparents.
 fn word_at(at: u32, picture: u32) -> u32 {
 #ifdef TRANSPARENTS
@@ -57,6 +69,7 @@ fn before_at(p: vec2<u32>) -> vec4<u32> {
 fn after_at(p: vec2<u32>) -> vec4<u32> {
     return luma_of_codes(vec3<u32>(code_in(after[p.y * params.luma_pitch + (p.x >> 2u)], p.x))).xxxx;
 }
+#endif
 #endif
 #else
 // Channels and luma; BAD in the last for what is in doubt.

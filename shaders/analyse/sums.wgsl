@@ -3,11 +3,13 @@
 
 #import vrcs::analyse::params::{params, ONE}
 #import vrcs::analyse::fixed::luma
+#ifndef LINES
 #ifdef DIRECT
 #import vrcs::analyse::pictures
 #import vrcs::analyse::source
 #else
 #import vrcs::analyse::cells::{cells, slot_of, ROW, PLANE, PICTURE, ODD}
+#endif
 #endif
 
 struct Sums {
@@ -17,6 +19,7 @@ struct Sums {
     brightness: vec4<u32>,
 }
 
+#ifndef LINES
 #ifdef SHARED_SUMS
 // The four windows overlap: 6x6 pixels in all, of which each pair is looked at once.
 
@@ -269,4 +272,5 @@ fn sums_of(quad: vec2<u32>, block: vec2<u32>, picture: u32) -> Sums {
     let d = window(corner + vec2<u32>(2u, 2u), picture);
     return Sums(vec4<u32>(a.x, b.x, c.x, d.x), vec4<u32>(a.y, b.y, c.y, d.y), vec4<u32>(a.z, b.z, c.z, d.z));
 }
+#endif
 #endif

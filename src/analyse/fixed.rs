@@ -114,6 +114,15 @@ impl Mag {
         self.m >> under < (other.m + (1 << over) - 1) >> over
     }
 
+    /// As a float, exact; `None` where products with numbers of up to 40 bits might be too large or too small for one.
+    pub fn as_float(self) -> Option<f32> {
+        match (self.m, self.e) {
+            (0, _) => Some(0.0),
+            (m, e @ -80..=60) => Some(m as f32 * f32::from_bits(exponent(e))),
+            _ => None,
+        }
+    }
+
     /// In one word, as tables and parameters have it: the mantissa in the low 16 bits, the exponent above them, from -512 up.
     pub fn packed(self) -> u32 {
         debug_assert!(

@@ -205,7 +205,7 @@ impl Analysis {
             tiles: when(is_by_tiles, shader!("tile_data.wgsl"), "tile_data_of")?,
             pipeline: match (is_by_tiles, plan.settings.granularity) {
                 (true, _) => made(shader!("tile_rates.wgsl"), "tile_rates"),
-                (false, Granularity::Quad) => made(shader!("analyse.wgsl"), "analyse"),
+                (false, Granularity::Quad) => made(plan.kernel(), "analyse"),
                 (false, _) => made(shader!("tiles.wgsl"), "tiles"),
             }?,
             attachment: plan
@@ -291,8 +291,7 @@ impl Analysis {
             })
         };
         let params = buffer(size_of::<Params>() as u64, wgpu::BufferUsages::UNIFORM);
-        let words = params::TABLE_FALLOFF + params::FALLOFF;
-        let tables = buffer(words as u64 * 4, wgpu::BufferUsages::STORAGE);
+        let tables = buffer(params::TABLE_WORDS as u64 * 4, wgpu::BufferUsages::STORAGE);
         let has_optics = self.plan.bindings.contains(&Binding::Optics);
         let optics =
             has_optics.then(|| buffer(size_of::<Optics>() as u64, wgpu::BufferUsages::UNIFORM));

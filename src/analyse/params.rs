@@ -88,6 +88,12 @@ pub const TABLE_SPEEDS: usize = 256;
 pub const TABLE_FALLOFF: usize = TABLE_SPEEDS + 2 * motion::SPEEDS as usize;
 /// The falloff's entries: over the squared distance, up to 4 times half the height.
 pub const FALLOFF: usize = 256;
+/// What floats compare errors with where nothing moves: two words, for the half and the quarter rate.
+pub const TABLE_SURE: usize = TABLE_FALLOFF + FALLOFF;
+/// Where it says, in the highest bit, that floats cannot: a limit is beyond what they hold.
+pub const TABLE_DOUBT: usize = TABLE_SURE + 2;
+/// All words of it.
+pub const TABLE_WORDS: usize = TABLE_DOUBT + 1;
 
 /// Inverse depth from depth, in 1/2^30: 1 at the near plane; `None` for what is no depth.
 pub fn inverse_depth(depth: f32, params: &Params) -> Option<u32> {
@@ -320,5 +326,20 @@ pub fn tables(settings: &Settings, is_sqrt_luma: bool, resolution_scale: f64) ->
             }
         })
     });
-    codes.chain(speeds).chain(falloff).collect()
+    let sure = sure_limits(settings, resolution_scale);
+    codes.chain(speeds).chain(falloff).chain(sure).collect()
+}
+
+/// What an error over its base, or over its base's square, has to be less than where nothing bears on it but content, for the half and the
+/// quarter rate: bits of floats, which are exact; then, in the highest bit, whether one is beyond what a kernel may multiply by
+/// (`shaders/analyse/sure.wgsl`).
+fn sure_limits(settings: &Settings, resolution_scale: f64) -> [u32; 3] {
+    let content = &settings.content;
+    let [half, quarter] = limits_everywhere(settings, resolution_scale).map(|limits| limits[0]);
+    let bounds = [(half, 1.0), (quarter, content.k)].map(|(limit, b)| {
+        let limit = limit.times_below(blurred(fixed::factor_up(b), content));
+        limit.as_float()
+    });
+    let [half, quarter] = bounds.map(|bound| bound.unwrap_or(0.0).to_bits());
+    [half, quarter, u32::from(bounds.contains(&None)) << 31]
 }

@@ -956,7 +956,7 @@ fn kernels_bind_what_their_plan_says_and_nothing_else() {
         wanted.sort_unstable();
         // the luma's kernel shares the group
         let first = match settings.granularity {
-            Granularity::Quad => shader!("analyse.wgsl"),
+            Granularity::Quad => plan.kernel(),
             _ => shader!("tiles.wgsl"),
         };
         let mut found = bound(&compose(first, &plan.defs()));

@@ -365,7 +365,7 @@ fn buffers(plan: &Plan, size: [u32; 2]) -> Vec<(String, u64)> {
             Binding::Params => size_of::<params::Params>() as u64,
             // a matrix, a row, five numbers and room
             Binding::Optics => 112,
-            Binding::Tables => (params::TABLE_FALLOFF + params::FALLOFF) as u64 * 4,
+            Binding::Tables => params::TABLE_WORDS as u64 * 4,
             Binding::SqrtLuma => luma,
             Binding::TileData => tiles::data_bytes(size),
             Binding::HalfRates => {

@@ -6,6 +6,7 @@ mod common;
 mod cameras;
 mod chance;
 mod granularity;
+mod lines;
 mod made;
 mod neutral;
 mod oracle;
