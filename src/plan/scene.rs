@@ -37,7 +37,7 @@ pub struct Scene {
     pub flags: bool,
     /// Widths of a later blur.
     pub blur: bool,
-    /// Whether rates for a hardware attachment are wanted: of the tiles of [`Settings::attachment`].
+    /// Whether rates for a hardware attachment are wanted: of the tiles of [`Settings::attachment`](crate::analyse::Settings::attachment).
     pub attachment: bool,
     /// Whether rates without the extra half rate are wanted as well, for passes that add no noise.
     pub plain_rates: bool,
