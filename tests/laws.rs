@@ -10,7 +10,7 @@ fn hold(name: &str) {
     let source = common::shader(name);
     let mut job = Job::new("main");
     job.seed = common::seed();
-    job.cases = 224;
+    job.cases = 128;
     common::hold_every_law(&source, job, 10, 32);
 }
 

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 /// What is behind the feature `cli`: the program, and what it is made of.
-const PROGRAM: [&str; 11] = [
+const PROGRAM: [&str; 12] = [
     "atomic.rs",
     "bench",
     "check",
@@ -15,6 +15,7 @@ const PROGRAM: [&str; 11] = [
     "scenes",
     "tradeoff",
     "web",
+    "tests",
     "tests.rs",
 ];
 
