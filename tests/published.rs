@@ -4,7 +4,7 @@ mod common;
 #[path = "common/published.rs"]
 mod published;
 
-use vrcs::check::Job;
+use vrcs::check::{Job, Verdict};
 use vrcs_passes::Source;
 
 /// Checks entry points of a file in a crate.
@@ -15,11 +15,22 @@ fn check(name: &str, version: &str, file: &str, entries: &[&str]) {
     let path = root.join(file);
     let text = std::fs::read_to_string(&path).expect("a shader of the crate");
     let source = Source::new(format!("{name}/{file}"), text);
+    let gpu = common::gpu();
     for entry in entries {
         let mut job = Job::new(entry);
         job.seed = common::seed();
         job.cases = 24;
-        common::assert_passed(&common::run(&source, &job));
+        // for some made-up parameters such a shader draws the same everywhere, which tells nothing: others are made up then
+        let mut tried = 0;
+        let report = loop {
+            let report = common::run_on(&gpu, &source, &job);
+            tried += 1;
+            if report.verdict != Verdict::Inconclusive || tried == 8 {
+                break report;
+            }
+            job.seed += 1;
+        };
+        common::assert_passed(&report);
     }
 }
 

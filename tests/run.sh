@@ -51,8 +51,7 @@ if [ -e "$swiftshader" ]; then
     echo "== laws, on SwiftShader"
     # the whole workspace, so that what was built for lavapipe will do
     VK_DRIVER_FILES="$swiftshader" cargo test --workspace --test laws --test builder --test rates --test attachment --test retired
-    # SwiftShader compiles some plans by chance for minutes and gigabytes, those of tiles among them: on it they are run by hand
-    VRCS_CASES=10 VK_DRIVER_FILES="$swiftshader" cargo test --workspace --test barriers --test analyse -- --skip neutral --skip default_limits --skip the_gpu_makes_the_bytes --skip furthest_depth
+    VRCS_CASES=10 VK_DRIVER_FILES="$swiftshader" cargo test --workspace --test barriers --test analyse
     # the loops of pictures ask no driver
     VK_DRIVER_FILES="$swiftshader" cargo test --workspace --test hard_cases -- --skip closed_loop
 fi

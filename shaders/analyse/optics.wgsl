@@ -61,10 +61,8 @@ fn camera_motion(p: vec2<u32>, depth: f32) -> vec2<u32> {
 // The width of the circle of confusion, as a speed that would blur as wide; what is no depth is sharp.
 fn lens_blur(depth: f32) -> u32 {
     let inverse = inverse_distance(depth, optics.depth_offset, optics.reversed_z != 0u);
-    if inverse == NO_DEPTH {
-        return 0u;
-    }
     let apart = min(max(inverse, optics.focus) - min(inverse, optics.focus), (1u << 30u) - 1u);
-    return min(high_product(apart << 2u, optics.blur_scale), optics.most_blur);
+    let width = min(high_product(apart << 2u, optics.blur_scale), optics.most_blur);
+    return select(width, 0u, inverse == NO_DEPTH);
 }
 #endif

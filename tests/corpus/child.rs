@@ -1,9 +1,14 @@
 //! Checks each entry point in a process of its own: a driver may take it with it.
 //!
 //! Where it does, a second process runs the original alone. If that dies, too, the driver cannot run the shader; if it does not,
-//! the rewrite is at fault.
+//! the rewrite is at fault. A child that runs for minutes is ended: some shaders are more than a software driver can compile or run.
 
-use std::{collections::BTreeMap, process::Command};
+use std::{
+    collections::BTreeMap,
+    io::Read,
+    process::{Command, Stdio},
+    time::{Duration, Instant},
+};
 
 use naga::valid::GlobalUse;
 use vrcs::{
@@ -27,30 +32,70 @@ const SIZE: [u32; 2] = [29, 21];
 /// What stands before a child's verdict.
 const MARK: &str = "verdict: ";
 
+/// How long a child may run.
+const LIMIT: Duration = Duration::from_secs(240);
+
+/// What a child said, or why it said nothing.
+enum Said {
+    Verdict(String),
+    Died,
+    RanOut,
+}
+
 /// What becomes of an entry point in a child.
 pub fn outcome(name: &str, seed: u64) -> String {
-    if let Some(verdict) = child(name, seed, &[]) {
-        return verdict;
+    let ran_out = || format!("not finished within {} s", LIMIT.as_secs());
+    match child(name, seed, &[]) {
+        Said::Verdict(verdict) => return verdict,
+        Said::RanOut => return ran_out(),
+        Said::Died => {}
     }
     match child(name, seed, &[(ORIGINAL, "1")]) {
-        None => "not runnable: the driver dies of the original alone".to_owned(),
-        Some(_) => "FAILED: the driver dies, and not of the original alone".to_owned(),
+        Said::Died => "not runnable: the driver dies of the original alone".to_owned(),
+        Said::RanOut => ran_out(),
+        Said::Verdict(_) => "FAILED: the driver dies, and not of the original alone".to_owned(),
     }
 }
 
-/// The verdict of a child; `None` if it died before.
-fn child(name: &str, seed: u64, env: &[(&str, &str)]) -> Option<String> {
+fn child(name: &str, seed: u64, env: &[(&str, &str)]) -> Said {
     let test = std::env::current_exe().expect("this test");
-    let output = Command::new(test)
+    let mut child = Command::new(test)
         .args(["what_is_rewritten_keeps_the_laws", "--exact", "--nocapture"])
         .env(NAME, name)
         .env("VRCS_SEED", seed.to_string())
         .envs(env.iter().copied())
-        .output()
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
         .expect("a child");
-    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    let mut pipe = child.stdout.take().expect("a pipe");
+    let reader = std::thread::spawn(move || {
+        let mut said = Vec::new();
+        pipe.read_to_end(&mut said).expect("what the child says");
+        said
+    });
+    let start = Instant::now();
+    let has_ended = loop {
+        if child.try_wait().expect("a child").is_some() {
+            break true;
+        }
+        if start.elapsed() > LIMIT {
+            break false;
+        }
+        std::thread::sleep(Duration::from_millis(50));
+    };
+    if !has_ended {
+        child.kill().expect("a child to end");
+        child.wait().expect("its end");
+    }
+    let said = reader.join().expect("a reader");
+    let said = String::from_utf8_lossy(&said);
     let verdict = said.lines().find_map(|line| line.strip_prefix(MARK));
-    verdict.map(str::to_owned)
+    match (verdict, has_ended) {
+        (Some(verdict), _) => Said::Verdict(verdict.to_owned()),
+        (None, true) => Said::Died,
+        (None, false) => Said::RanOut,
+    }
 }
 
 /// Checks an entry point, and says what came of it.
