@@ -12,6 +12,7 @@
 #import vrcs::analyse::fixed::byte_of
 #import vrcs::analyse::pictures
 #import vrcs::analyse::source
+#import vrcs::analyse::because
 #ifdef SHARED
 #import vrcs::analyse::cells::fill
 #endif
@@ -52,17 +53,6 @@ var<workgroup> plain_coded: array<u32, THREADS>;
 #ifdef REASONS
 var<workgroup> reasoned: array<u32, THREADS>;
 #endif
-
-// The reasons of src/analyse/reasons.rs.
-const REASON_CONTENT: u32 = 1u;
-const REASON_NO_HISTORY: u32 = 2u;
-// 3 for no luma, 12 for no motion, 4 for off the screen, 5 for hidden: by the doubts of analyse/source.wgsl.
-const REASONS_OF_DOUBT: u32 = 0x54c3u;
-const REASON_MATERIAL: u32 = 6u;
-const REASON_MASK: u32 = 7u;
-const REASON_HALF_RATE: u32 = 8u;
-const REASON_MOTION: u32 = 10u;
-const REASON_NO_MOTION: u32 = 12u;
 
 // The pixel i of a quad; at the border, pixels repeat.
 fn own(quad: vec2<u32>, i: u32) -> vec2<u32> {
@@ -182,7 +172,7 @@ fn doubt_of(a: u32, b: u32, c: u32, d: u32) -> u32 {
     lost = select(lost, first.z, first.z != 0u);
     lost = select(lost, first.y, first.y != 0u);
     lost = select(lost, first.x, first.x != 0u);
-    return (REASONS_OF_DOUBT >> (lost * 4u)) & 15u;
+    return because::of_doubt(lost);
 }
 #endif
 
@@ -210,7 +200,7 @@ fn at_full_rate(reason: vec4<u32>) -> Block {
 // Decides on four quads, of which the first is given, and the block's place in the tile.
 fn decide(quad: vec2<u32>, block: vec2<u32>) -> Block {
     if params.has_history == 0u {
-        return at_full_rate(vec4<u32>(REASON_NO_HISTORY));
+        return at_full_rate(vec4<u32>(because::NO_HISTORY));
     }
     let right = vec2<u32>(1u, 0u);
     let under = vec2<u32>(0u, 1u);
@@ -237,7 +227,7 @@ fn decide(quad: vec2<u32>, block: vec2<u32>) -> Block {
     var flags = zero;
 #ifdef FLAGS
     flags = vec4<u32>(flags_at(quad), flags_at(quad + right), flags_at(quad + under), flags_at(quad + 1u));
-    why = select(why, vec4<u32>(REASON_MASK), (why == zero) & ((flags & vec4<u32>(4u)) != zero));
+    why = select(why, vec4<u32>(because::MASK), (why == zero) & ((flags & vec4<u32>(4u)) != zero));
 #endif
 #ifdef PREVIOUS_RATES
     let had = vec4<u32>(
@@ -246,7 +236,7 @@ fn decide(quad: vec2<u32>, block: vec2<u32>) -> Block {
 #endif
 #ifdef MATERIALS
     places.shine = vec4<u32>(shine_at(quad), shine_at(quad + right), shine_at(quad + under), shine_at(quad + 1u));
-    why = select(why, vec4<u32>(REASON_MATERIAL), (why == zero) & (places.shine >= vec4<u32>(params.material_mirror)));
+    why = select(why, vec4<u32>(because::MATERIAL), (why == zero) & (places.shine >= vec4<u32>(params.material_mirror)));
 #endif
 #ifdef NOISE
     places.noise = vec4<u32>(noise_at(quad), noise_at(quad + right), noise_at(quad + under), noise_at(quad + 1u));
@@ -265,18 +255,18 @@ fn decide(quad: vec2<u32>, block: vec2<u32>) -> Block {
 #endif
     let sums = sums_of(quad, block, 0u);
     let solid = legal(logs_of(sums, places.speed, across, down));
-    var out = Block(solid, solid, solid, vec4<u32>(REASON_CONTENT), vec2<u32>(together(sums.across), together(sums.down)));
+    var out = Block(solid, solid, solid, vec4<u32>(because::CONTENT), vec2<u32>(together(sums.across), together(sums.down)));
 #ifdef TRANSPARENTS
     out.attachment = legal(logs_of(sums_of(quad, block, 1u), places.speed, across, down));
     // transparents can make a solid coarser, never finer
     out.rate = Logs(max(solid.across, out.attachment.across), max(solid.down, out.attachment.down));
 #endif
 #ifdef MOTION_ONLY
-    out.reason = vec4<u32>(REASON_MOTION);
+    out.reason = vec4<u32>(because::MOTION);
 #endif
 #ifdef MOTION
 #ifdef REASONS
-    out.reason = select(out.reason, vec4<u32>(REASON_NO_MOTION), lost_motions(around));
+    out.reason = select(out.reason, vec4<u32>(because::NO_MOTION), lost_motions(around));
 #endif
 #endif
     let most = largest();
@@ -307,7 +297,7 @@ fn decide(quad: vec2<u32>, block: vec2<u32>) -> Block {
         met.across = select(met.across, vec4<u32>(1u), is_lost & is_across);
         met.down = select(met.down, vec4<u32>(1u), is_lost & !is_across);
         let is_new = (met.across != out.rate.across) | (met.down != out.rate.down);
-        out.reason = select(out.reason, vec4<u32>(REASON_HALF_RATE), again & is_new);
+        out.reason = select(out.reason, vec4<u32>(because::HALF_RATE), again & is_new);
         out.rate = Logs(select(out.rate.across, met.across, again), select(out.rate.down, met.down, again));
     }
 #endif

@@ -1,6 +1,7 @@
 // The application's own rates, combined with those that the analysis found: an invocation makes one word, four quads, in place. Its CPU
 // twin is src/analyse/own.rs.
 #import vrcs::rate::{combine, meet}
+#import vrcs::analyse::because
 #ifdef DISTANCE
 #import vrcs::depth::{inverse_distance, NO_DEPTH}
 #endif
@@ -49,8 +50,6 @@ struct Params {
 
 // No rate: what was found stays.
 const NONE: u32 = 15u;
-// Of src/analyse/reasons.rs.
-const REASON_OWN: u32 = 11u;
 // Of src/analyse/inputs.rs.
 const FLAG_FULL: u32 = 4u;
 const FLAG_PARTICLE: u32 = 8u;
@@ -128,7 +127,7 @@ fn own_rates(@builtin(global_invocation_id) id: vec3<u32>) {
     var why = reasons[at];
     for (var i = 0u; i < 4u; i++) {
         if extractBits(changed, i * 8u, 8u) != 0u {
-            why = insertBits(why, REASON_OWN, i * 8u, 8u);
+            why = insertBits(why, because::OWN, i * 8u, 8u);
         }
     }
     if (params.has & 2u) != 0u {

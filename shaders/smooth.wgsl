@@ -1,4 +1,5 @@
 // Limits between neighbouring quads, or tiles: an invocation makes one word, four quads. Its CPU twin is src/analyse/smoothing.rs.
+#import vrcs::analyse::because
 
 struct Params {
     // Quads across and down.
@@ -17,9 +18,6 @@ struct Params {
 #ifdef REASONS
 @group(0) @binding(3) var<storage, read_write> reasons: array<u32>;
 #endif
-
-// Of src/analyse/reasons.rs.
-const REASON_NEIGHBOUR: u32 = 9u;
 
 fn logs_at(quad: vec2<u32>) -> vec2<u32> {
     let word = raw[quad.y * params.pitch + (quad.x >> 2u)];
@@ -75,7 +73,7 @@ fn smooth_words(@builtin(global_invocation_id) id: vec3<u32>) {
         var why = reasons[at];
         for (var i = 0u; i < 4u; i++) {
             if id.x * 4u + i < params.size.x && extractBits(changed, i * 8u, 8u) != 0u {
-                why = insertBits(why, REASON_NEIGHBOUR, i * 8u, 8u);
+                why = insertBits(why, because::NEIGHBOUR, i * 8u, 8u);
             }
         }
         reasons[at] = why;

@@ -6,6 +6,7 @@
 #import vrcs::analyse::fixed::byte_of
 #endif
 #import vrcs::depth::high_product
+#import vrcs::analyse::because
 #import vrcs::analyse::optics::camera_motion_at
 #import vrcs::analyse::source::{depth, is_lost_motion, magnitudes, position_of, speeds_of}
 #ifdef DEPTH
@@ -25,16 +26,6 @@
 @group(0) @binding(11) var materials: texture_2d<f32>;
 #endif
 @group(0) @binding(19) var<storage, read_write> tile_data: array<vec4<u32>>;
-
-// Of src/analyse/reasons.rs.
-const REASON_CONTENT: u32 = 1u;
-const REASON_NO_HISTORY: u32 = 2u;
-const REASON_INVALID: u32 = 3u;
-const REASON_OFF_SCREEN: u32 = 4u;
-const REASON_DISOCCLUDED: u32 = 5u;
-const REASON_MATERIAL: u32 = 6u;
-const REASON_MOTION: u32 = 10u;
-const REASON_NO_MOTION: u32 = 12u;
 
 // The bits of the furthest depth. Bits of what is not negative are in its order.
 var<workgroup> furthest: atomic<u32>;
@@ -67,12 +58,12 @@ fn move_tile(low: vec2<u32>, high: vec2<u32>, far: f32) -> u32 {
     moved = camera_motion_at(vec2<f32>(low + high) * 0.5, far);
     shift = vec2<i32>(0);
     if is_lost_motion(moved) {
-        return REASON_NO_MOTION;
+        return because::NO_MOTION;
     }
     let offset = bitcast<vec2<f32>>(moved) * params.offset_scale;
     // a magnitude below 2^23 surely is a number that fits
     if any((bitcast<vec2<u32>>(offset) & vec2<u32>(0x7fffffffu)) >= vec2<u32>(0x4b000000u)) {
-        return REASON_OFF_SCREEN;
+        return because::OFF_SCREEN;
     }
     shift = (vec2<i32>(floor(offset)) + 1) >> vec2<u32>(1u);
     return 0u;
@@ -96,10 +87,10 @@ fn look_back(p: vec2<u32>) {
 
 fn decide(low: vec2<u32>, high: vec2<u32>) -> vec3<u32> {
     if atomicLoad(&is_outside) != 0u {
-        return full(REASON_OFF_SCREEN);
+        return full(because::OFF_SCREEN);
     }
     if atomicLoad(&is_hidden) != 0u {
-        return full(REASON_DISOCCLUDED);
+        return full(because::DISOCCLUDED);
     }
     // of the whole tile, also where the picture ends before: at rest a tile has its own data alone
     let middle = low * 256u + 2048u;
@@ -120,7 +111,7 @@ fn decide(low: vec2<u32>, high: vec2<u32>) -> vec3<u32> {
         let tile = clamp(first + vec2<i32>(step), vec2<i32>(0), tiles - 1);
         let data = tile_data[u32(tile.y * tiles.x + tile.x)];
         if weight != 0u && (data.w >> 31u) != 0u {
-            return full(REASON_INVALID);
+            return full(because::INVALID);
         }
         errors += share_above(data.xy, weight);
         // rounded down: to a lower threshold
@@ -139,7 +130,7 @@ fn decide(low: vec2<u32>, high: vec2<u32>) -> vec3<u32> {
     let most = dull;
 #endif
     if most >= params.material_mirror {
-        return full(REASON_MATERIAL);
+        return full(because::MATERIAL);
     }
     let places = Places(speed, Logs(none, none), vec4<u32>(most), vec4<u32>(255u));
     let limits = limits_under(tolerances(low / 2u, places), none);
@@ -149,9 +140,9 @@ fn decide(low: vec2<u32>, high: vec2<u32>) -> vec3<u32> {
     let logs = legal(logs_of(sums, speed, limits, limits));
     var rate = vec2<u32>(logs.across.x, logs.down.x);
 #ifdef MOTION_ONLY
-    let why = REASON_MOTION;
+    let why = because::MOTION;
 #else
-    let why = REASON_CONTENT;
+    let why = because::CONTENT;
 #endif
     let reason = select(why, 0u, all(rate == largest()));
     if all(rate == vec2<u32>(2u)) && params.largest != 10u {
@@ -195,10 +186,10 @@ fn tile_rates(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation
     workgroupBarrier();
     if index == 0u {
         if params.has_history == 0u {
-            found = full(REASON_NO_HISTORY);
+            found = full(because::NO_HISTORY);
         } else if atomicLoad(&is_lost) != 0u {
             // without depth there is no motion
-            found = full(REASON_NO_MOTION);
+            found = full(because::NO_MOTION);
         } else {
             found = full(move_tile(low, high, bitcast<f32>(atomicLoad(&furthest))));
         }

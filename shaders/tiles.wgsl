@@ -1,11 +1,13 @@
 // Rates of tiles, one estimate and one rate each (Yang et al., I3D 2019, §3 and §4; GDC 2019, pass 1), in place of one for each quad: for
 // the rates, or for the attachment alone. A tile's error and luma are those of its own pixels (analyse/areas.wgsl), its speed the least of
-// theirs, its doubt that of any. A workgroup makes 32x32 pixels. Its CPU twin is src/analyse/pipeline.rs; both make the same words.
+// theirs, its doubt that of any. A workgroup makes 32x32 pixels. Its CPU twin is `Stage::tile` in src/analyse/decide.rs; both
+// make the same words.
 
 #import vrcs::analyse::params::{params, largest, FACTOR_ONE, here, before}
 #import vrcs::analyse::fixed::{byte_of, BAD}
 #import vrcs::analyse::pictures
 #import vrcs::analyse::source
+#import vrcs::analyse::because
 #import vrcs::analyse::areas
 #import vrcs::analyse::sums::Sums
 #import vrcs::analyse::rates::{Logs, Places, legal, logs_of, scaled, limits_everywhere, limits_under}
@@ -42,17 +44,6 @@
 #ifdef NOISE
 @group(0) @binding(12) var noise: texture_2d<f32>;
 #endif
-
-// Of src/analyse/reasons.rs; those of doubt as in analyse.wgsl.
-const REASON_CONTENT: u32 = 1u;
-const REASON_NO_HISTORY: u32 = 2u;
-const REASON_INVALID: u32 = 3u;
-const REASONS_OF_DOUBT: u32 = 0x54c3u;
-const REASON_MATERIAL: u32 = 6u;
-const REASON_MASK: u32 = 7u;
-const REASON_HALF_RATE: u32 = 8u;
-const REASON_MOTION: u32 = 10u;
-const REASON_NO_MOTION: u32 = 12u;
 
 // Of each tile.
 #ifdef DOUBT
@@ -215,22 +206,22 @@ fn decide(tile: u32, origin: vec2<u32>, room: vec2<u32>) -> u32 {
     }
     let extent = min(room - corner, vec2<u32>(areas::SIDE));
     if params.has_history == 0u {
-        return full(REASON_NO_HISTORY);
+        return full(because::NO_HISTORY);
     }
 #ifdef DOUBT
     let doubt = atomicLoad(&lost[tile]);
     if doubt != 0xffffffffu {
-        return full((REASONS_OF_DOUBT >> ((doubt & 3u) * 4u)) & 15u);
+        return full(because::of_doubt(doubt));
     }
     if atomicLoad(&invalid[tile]) != 0u {
-        return full(REASON_INVALID);
+        return full(because::INVALID);
     }
 #endif
     var marks = 0u;
 #ifdef FLAGS
     marks = atomicLoad(&marked[tile]);
     if (marks & 4u) != 0u {
-        return full(REASON_MASK);
+        return full(because::MASK);
     }
 #endif
     let zero = vec4<u32>(0u);
@@ -239,7 +230,7 @@ fn decide(tile: u32, origin: vec2<u32>, room: vec2<u32>) -> u32 {
 #ifdef MATERIALS
     places.shine = vec4<u32>(atomicLoad(&shine[tile]));
     if places.shine.x >= params.material_mirror {
-        return full(REASON_MATERIAL);
+        return full(because::MATERIAL);
     }
 #endif
 #ifdef MOTION
@@ -280,13 +271,13 @@ fn decide(tile: u32, origin: vec2<u32>, room: vec2<u32>) -> u32 {
     rate = max(rate, attached);
 #endif
     let plain = rate;
-    var reason = REASON_CONTENT;
+    var reason = because::CONTENT;
 #ifdef MOTION_ONLY
-    reason = REASON_MOTION;
+    reason = because::MOTION;
 #endif
 #ifdef MOTION
 #ifdef REASONS
-    reason = select(reason, REASON_NO_MOTION, atomicLoad(&unknown[tile]) != 0u);
+    reason = select(reason, because::NO_MOTION, atomicLoad(&unknown[tile]) != 0u);
 #endif
 #endif
     reason = select(reason, 0u, all(rate == largest()));
@@ -306,7 +297,7 @@ fn decide(tile: u32, origin: vec2<u32>, room: vec2<u32>) -> u32 {
         if all(stays == vec2<u32>(0u)) {
             stays = select(vec2<u32>(0u, 1u), vec2<u32>(1u, 0u), area.error.x >> 2u <= area.error.y >> 2u);
         }
-        reason = select(reason, REASON_HALF_RATE, any(stays != rate));
+        reason = select(reason, because::HALF_RATE, any(stays != rate));
         rate = stays;
     }
 #endif

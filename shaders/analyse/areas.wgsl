@@ -3,8 +3,11 @@
 // `Integers::tile` in src/analyse/integer.rs.
 #define_import_path vrcs::analyse::areas
 
-#import vrcs::analyse::params::{params, ONE}
-#import vrcs::analyse::fixed::luma
+#import vrcs::analyse::pairs::joined
+#ifdef PAIRWISE
+#import vrcs::analyse::params::ONE
+#import vrcs::analyse::pairs::sensitivity_under
+#endif
 
 // The side of a tile: 4, 8, 16 or 32.
 const SIDE: u32 = #{SIDE}u;
@@ -72,44 +75,6 @@ fn pixel(p: vec2<u32>) -> vec4<u32> {
 #endif
 }
 
-fn apart(a: vec4<u32>, b: vec4<u32>) -> u32 {
-    let d = max(a, b) - min(a, b);
-#ifdef LARGEST_CHANNEL
-    return max(d.x, max(d.y, d.z));
-#else
-#ifdef RGB
-    return luma(d.xyz);
-#else
-    return d.w;
-#endif
-#endif
-}
-
-fn joined(sum: u32, a: vec4<u32>, b: vec4<u32>, sensitivity: u32) -> u32 {
-#ifdef SOBEL
-    var d = (apart(a, b) + 7u) >> 3u;
-    let least = min(a.w, b.w) >> 2u;
-#else
-    var d = apart(a, b);
-    let least = min(a.w, b.w);
-#endif
-#ifdef PAIRWISE
-    let base = max(least + sensitivity, 1u);
-    if d != 0u {
-        d = select(min(((d << 10u) + base - 1u) / base, 16383u), 16383u, least + sensitivity == 0u);
-    }
-#endif
-#ifdef MEAN
-    return sum + d;
-#else
-#ifdef NORM_LINF
-    return max(sum, d);
-#else
-    return sum + d * d;
-#endif
-#endif
-}
-
 // Whether the pair that starts at a pixel is looked at, across and down.
 fn is_taken(p: vec2<u32>) -> vec2<bool> {
 #ifdef INTERLEAVED
@@ -155,8 +120,7 @@ fn gather(quad: vec2<u32>, room: vec2<u32>, picture: u32) {
             darkest = min(darkest, pixel(p).w);
         }
     }
-    let ramp = min(max(50u * darkest, 5u * ONE / 2u) - 5u * ONE / 2u, ONE);
-    sensitivity = (params.sensitivity * (ONE - ramp)) >> 14u;
+    sensitivity = sensitivity_under(darkest);
 #endif
     var sums = vec2<u32>(0u);
     var count = 0u;

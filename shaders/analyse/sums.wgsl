@@ -1,8 +1,18 @@
 // Errors and luma of windows: 4x4 pixels around each of a block's four quads, upper left, upper right, lower left, lower right.
 #define_import_path vrcs::analyse::sums
 
-#import vrcs::analyse::params::{params, ONE}
-#import vrcs::analyse::fixed::luma
+#ifdef DIRECT
+#import vrcs::analyse::params::params
+#endif
+#ifndef LINES
+#ifndef SHARED_SUMS
+#import vrcs::analyse::pairs::joined
+#ifdef PAIRWISE
+#import vrcs::analyse::params::ONE
+#import vrcs::analyse::pairs::sensitivity_under
+#endif
+#endif
+#endif
 #ifndef LINES
 #ifdef DIRECT
 #import vrcs::analyse::pictures
@@ -161,45 +171,6 @@ fn cell_at(p: vec2<u32>, picture: u32) -> vec4<u32> {
 #endif
 }
 
-fn apart(a: vec4<u32>, b: vec4<u32>) -> u32 {
-    let d = max(a, b) - min(a, b);
-#ifdef LARGEST_CHANNEL
-    return max(d.x, max(d.y, d.z));
-#else
-#ifdef RGB
-    return luma(d.xyz);
-#else
-    return d.w;
-#endif
-#endif
-}
-
-fn joined(sum: u32, a: vec4<u32>, b: vec4<u32>, sensitivity: u32) -> u32 {
-#ifdef SOBEL
-    // sums of four pixels each, two apart: eight steps from pixel to pixel
-    var d = (apart(a, b) + 7u) >> 3u;
-    let least = min(a.w, b.w) >> 2u;
-#else
-    var d = apart(a, b);
-    let least = min(a.w, b.w);
-#endif
-#ifdef PAIRWISE
-    let base = least + sensitivity;
-    if d != 0u {
-        d = select(min(((d << 10u) + max(base, 1u) - 1u) / max(base, 1u), 16383u), 16383u, base == 0u);
-    }
-#endif
-#ifdef MEAN
-    return sum + d;
-#else
-#ifdef NORM_LINF
-    return max(sum, d);
-#else
-    return sum + d * d;
-#endif
-#endif
-}
-
 // Whether the pair that starts at x, y is looked at, across and down.
 fn is_taken(x: u32, y: u32) -> vec2<bool> {
 #ifdef INTERLEAVED
@@ -235,8 +206,7 @@ fn window(corner: vec2<u32>, picture: u32) -> vec3<u32> {
     for (var i = 0u; i < 16u; i++) {
         darkest = min(darkest, cell_at(corner + vec2<u32>(i & 3u, i >> 2u), picture).w);
     }
-    let ramp = min(max(50u * darkest, 5u * ONE / 2u) - 5u * ONE / 2u, ONE);
-    sensitivity = (params.sensitivity * (ONE - ramp)) >> 14u;
+    sensitivity = sensitivity_under(darkest);
 #endif
     for (var i = 0u; i < 16u; i++) {
         let x = i & 3u;
