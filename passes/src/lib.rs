@@ -287,7 +287,9 @@ fn check_names(module: &Module, options: &Options) -> Result<(), Refusal> {
     let biased = (options.bias_level.iter()).map(|name| (name, "whose level could be biased"));
     let distinct = options.distinct.iter().flatten();
     let distinct = distinct.map(|name| (name, "that could be distinct from another"));
-    for (name, what) in targets.chain(biased).chain(distinct) {
+    let apart =
+        (options.apart.iter()).map(|name| (name, "that could be read apart from its stores"));
+    for (name, what) in targets.chain(biased).chain(distinct).chain(apart) {
         if !names().any(|known| known == name) {
             let finding = Finding::new(
                 Code::UnfitOption,
@@ -300,23 +302,37 @@ fn check_names(module: &Module, options: &Options) -> Result<(), Refusal> {
             .into());
         }
     }
-    check_distinct(module, options)
+    check_words(module, options)
 }
 
-/// Every pair that is said to be distinct is one of resources that a shader may write.
-fn check_distinct(module: &Module, options: &Options) -> Result<(), Refusal> {
-    for name in options.distinct.iter().flatten() {
+/// What the author gives a word of is a resource that a shader may write.
+fn check_words(module: &Module, options: &Options) -> Result<(), Refusal> {
+    let distinct = options.distinct.iter().flatten();
+    let distinct = distinct.map(|name| {
+        (
+            name,
+            "it is distinct",
+            "name two storage buffers or textures that are written",
+        )
+    });
+    let apart = options.apart.iter();
+    let apart = apart.map(|name| {
+        (
+            name,
+            "its reads lie apart",
+            "name a storage buffer or texture that is read and written",
+        )
+    });
+    for (name, word, help) in distinct.chain(apart) {
         let named = |global: &naga::GlobalVariable| global.name.as_ref() == Some(name);
         let is_written = (module.global_variables.iter())
             .any(|(_, global)| named(global) && transform::bindings::is_writable(module, global));
         if !is_written {
             let finding = Finding::new(
                 Code::UnfitOption,
-                format!("`{name}` cannot be written, so it needs no word that it is distinct"),
+                format!("`{name}` cannot be written, so it needs no word that {word}"),
             );
-            return Err(finding
-                .help("name two storage buffers or textures that are written")
-                .into());
+            return Err(finding.help(help).into());
         }
     }
     Ok(())
@@ -506,6 +522,13 @@ impl<'r> Rewriter<'r> {
             format!("`{a}` and `{b}` are never the same memory, by the author's word")
         };
         let words = self.options.distinct.iter().map(word);
+        self.manifest.preconditions.extend(words);
+        let word = |name: &String| {
+            format!(
+                "`{name}` is never read where another pixel stores, whatever its data, by the author's word"
+            )
+        };
+        let words = self.options.apart.iter().map(word);
         self.manifest.preconditions.extend(words);
         graded::give_their_meaning(&mut self.module, &mut self.imports, self.options);
         let info = Validator::new(ValidationFlags::all(), Capabilities::all())

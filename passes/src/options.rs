@@ -233,6 +233,10 @@ pub struct Options {
     /// Which pairs of writable bindings are, by the author's word, never the same memory?
     #[serde(default)]
     pub distinct: Vec<[String; 2]>,
+    /// Which targets are, by the author's word, never read where another pixel stores, whatever its data: several pictures in one buffer,
+    /// of which one is read and another is written? Needed only where the addresses do not show it.
+    #[serde(default)]
+    pub apart: BTreeSet<String>,
 }
 
 fn default_workgroup_memory() -> u32 {
@@ -281,6 +285,7 @@ impl Default for Options {
             bias_level: BTreeSet::new(),
             linear_depth: false,
             distinct: Vec::new(),
+            apart: BTreeSet::new(),
         }
     }
 }

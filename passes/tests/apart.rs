@@ -14,9 +14,9 @@ enum Answer {
 
 use Answer::{Never, Own, Refused};
 
-/// What is said of a read, and of nothing else.
-fn answer(body: &str) -> Answer {
-    let text = format!(
+/// A shader of targets that are read and written, and its body.
+fn shader(body: &str) -> String {
+    format!(
         "struct Cell {{ head: u32, items: array<u32, 8> }}
         struct Params {{ size: vec2<u32>, count: u32, base: u32 }}
         @group(0) @binding(0) var<uniform> params: Params;
@@ -32,8 +32,12 @@ fn answer(body: &str) -> Answer {
             let i = y * w + x;
             {body}
         }}"
-    );
-    let (module, info) = input::wgsl(&Source::new("apart.wgsl", text)).expect(body);
+    )
+}
+
+/// What is said of a read, and of nothing else.
+fn answer(body: &str) -> Answer {
+    let (module, info) = input::wgsl(&Source::new("apart.wgsl", shader(body))).expect(body);
     match rewrite(&module, &info, "main", &Options::default()) {
         Ok(rewritten) => {
             let mut said = rewritten.warnings.iter().map(|(_, finding)| finding.code);
@@ -320,5 +324,61 @@ fn an_atomic_at_a_place_that_others_share_is_no_own_place() {
         };
         let rewritten = rewrite(&module, &info, "main", &options);
         assert_eq!(rewritten.is_err(), is_refused, "{place}");
+    }
+}
+
+#[test]
+fn the_authors_word_is_taken_unless_two_pixels_show_that_it_is_false() {
+    // pictures of a fixed size one behind the other, of which no bound tells
+    let planes = "cells[65536u + i] = cells[i] + cells[data[i] % 65536u];";
+    let (code, message) = told(planes, &[]).expect_err("no word is given");
+    assert_eq!(code, Code::ReadsOthersOutput);
+    assert!(message.contains("`--apart cells`"), "{message}");
+    let preconditions = told(planes, &["cells"]).expect("the word is given");
+    let word =
+        "`cells` is never read where another pixel stores, whatever its data, by the author's word";
+    assert!(
+        preconditions.iter().any(|said| said == word),
+        "{preconditions:?}"
+    );
+
+    for body in [
+        "cells[i] = cells[i + 1u];",
+        "cells[y * 64u + x] = cells[y * 64u + (x ^ 1u)];",
+        "let left = textureLoad(image, vec2<i32>(id.xy) - vec2(1, 0)); textureStore(image, id.xy, left);",
+    ] {
+        let name = if body.contains("image") {
+            "image"
+        } else {
+            "cells"
+        };
+        let (_, message) = told(body, &[]).expect_err(body);
+        assert!(!message.contains("--apart"), "{message}");
+        let (code, message) = told(body, &[name]).expect_err(body);
+        assert_eq!(code, Code::ReadsOthersOutput, "{body}");
+        assert!(message.contains("against the word"), "{message}");
+    }
+    let (code, message) = told(planes, &["data"]).expect_err("nobody writes `data`");
+    assert_eq!(code, Code::UnfitOption);
+    assert!(message.contains("`data` cannot be written"), "{message}");
+    let (code, message) = told(planes, &["cell"]).expect_err("there is no `cell`");
+    assert_eq!(code, Code::UnfitOption);
+    assert!(message.contains("did you mean `cells`?"), "{message}");
+}
+
+/// What a rewrite takes for granted, or the first finding and its help, where the author gives a word for some targets.
+fn told(body: &str, apart: &[&str]) -> Result<Vec<String>, (Code, String)> {
+    let (module, info) = input::wgsl(&Source::new("apart.wgsl", shader(body))).expect(body);
+    let options = Options {
+        apart: apart.iter().map(|&name| name.to_owned()).collect(),
+        ..Options::default()
+    };
+    match rewrite(&module, &info, "main", &options) {
+        Ok(rewritten) => Ok(rewritten.manifest.preconditions),
+        Err(refusal) => {
+            let finding = &refusal.findings[0];
+            let help = finding.help.as_deref().unwrap_or_default();
+            Err((finding.code, format!("{}: {help}", finding.message)))
+        }
     }
 }

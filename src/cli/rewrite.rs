@@ -131,6 +131,11 @@ pub(super) struct How {
     /// Two writable bindings that are never the same memory, by your word. Can be given again.
     #[arg(long, value_name = "A,B", value_parser = parse_distinct, hide_short_help = true)]
     distinct: Vec<[String; 2]>,
+    /// A target that is never read where another pixel stores, whatever its data, by your word. Can be given again.
+    ///
+    /// For several pictures in one buffer, of which one is read and another is written, where the addresses do not show it.
+    #[arg(long, value_name = "NAME", hide_short_help = true)]
+    apart: Vec<String>,
 }
 
 fn parse_distinct(text: &str) -> Result<[String; 2], String> {
@@ -259,6 +264,7 @@ impl How {
             bias_level: self.bias_level.iter().cloned().collect(),
             linear_depth: self.linear_depth,
             distinct: self.distinct.clone(),
+            apart: self.apart.iter().cloned().collect(),
             ..Options::default()
         })
     }

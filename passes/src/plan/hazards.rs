@@ -149,7 +149,16 @@ impl Planner<'_> {
         let (same, others): (Vec<usize>, Vec<usize>) =
             writes.iter().partition(|store| is_same(store));
         let is_shared = same.iter().any(|&store| self.is_shared(store));
-        let own = match self.meet_any(index, &others, domain) {
+        let meet = match self.meet_any(index, &others, domain) {
+            Meet::Perhaps if self.options.apart.contains(&name) => {
+                if self.refuse_word(index, &others) {
+                    return;
+                }
+                Meet::Never
+            }
+            meet => meet,
+        };
+        let own = match meet {
             Meet::Never if same.is_empty() => return, // nobody stores there
             Meet::Never | Meet::Own => !is_shared,
             Meet::Perhaps => false,
@@ -207,9 +216,39 @@ impl Planner<'_> {
                 },
             );
         }
-        self.say(finding.help(
-            "read from a second resource that this dispatch does not write, as a ping-pong pair does",
-        ));
+        let help = "read from a second resource that this dispatch does not write, as a ping-pong pair does";
+        let is_sure = is_shared || self.meet_surely(index, &others).is_some();
+        self.say(finding.help(match is_sure {
+            true => help.to_owned(),
+            false => format!("{help}; or give your word with `--apart {name}` that no pixel, whatever its data, stores where another reads"),
+        }));
+    }
+
+    /// Two pixels, of which the first surely reads where the second stores.
+    fn meet_surely(&mut self, read: usize, stores: &[usize]) -> Option<[[u32; 2]; 2]> {
+        let mut stores = stores.iter();
+        stores.find_map(|&store| self.reads_what_another_stores(read, store))
+    }
+
+    /// Refuses the author's word that a read lies apart from stores, where two pixels show that it does not.
+    fn refuse_word(&mut self, read: usize, stores: &[usize]) -> bool {
+        let Some([reader, writer]) = self.meet_surely(read, stores) else {
+            return false;
+        };
+        let (span, name) = (
+            self.access(read).span,
+            self.name(self.access(read).target.global),
+        );
+        let [reader, writer] = [reader, writer].map(|[x, y]| format!("({x}, {y})"));
+        self.say(
+            Finding::new(
+                Code::ReadsOthersOutput,
+                format!("`{name}` is read where another pixel stores, against the word that it is not"),
+            )
+            .at(span, format!("pixel {reader} reads here what pixel {writer} stores"))
+            .help(format!("leave `--apart {name}` out, and read from a second resource that this dispatch does not write")),
+        );
+        true
     }
 }
 

@@ -121,31 +121,64 @@ impl Planner<'_> {
 
     /// Two pixels that store to the same place.
     pub(super) fn meet_together(&mut self, store: usize) -> Option<Pair> {
-        let guards = self.access(store).guards.clone();
-        let mut conjuncts = Vec::new();
-        flatten(&guards, &mut self.found.terms, &mut conjuncts);
-        let steps = steps(self.access(store));
-        let [across, down] = self.tried(&steps);
         let mut places: FxHashMap<Vec<Step>, [u32; 2]> = FxHashMap::default();
-        for y in 0..down {
-            for x in 0..across {
-                let mut pixel = Pixel::new(&mut self.found.terms, self.found.group_size, [x, y]);
-                if !matches!(self.comes(&conjuncts, &mut pixel), Comes::Yes) {
-                    continue;
-                }
-                let place: Option<Vec<Step>> = steps
-                    .iter()
-                    .map(|&step| match step {
-                        Step::Dynamic(term) => self.at(term, &mut pixel).map(Step::Dynamic),
-                        Step::Index(_) => Some(step),
-                    })
-                    .collect();
-                if let Some(other) = places.insert(place?, [x, y]) {
-                    return Some([other, [x, y]]);
-                }
+        for (pixel, place) in self.places(store) {
+            if let Some(other) = places.insert(place?, pixel) {
+                return Some([other, pixel]);
             }
         }
         None
+    }
+
+    /// Two pixels, of which the first reads where the second stores.
+    pub(super) fn reads_what_another_stores(&mut self, read: usize, store: usize) -> Option<Pair> {
+        if self.access(read).target != self.access(store).target {
+            return None;
+        }
+        let mut stored: FxHashMap<Vec<Step>, [u32; 2]> = FxHashMap::default();
+        for (pixel, place) in self.places(store) {
+            stored.insert(place?, pixel);
+        }
+        let is_met = |(pixel, place): ([u32; 2], Option<Vec<Step>>)| {
+            let by = *stored.get(&place?)?;
+            (by != pixel).then_some([pixel, by])
+        };
+        self.places(read).into_iter().find_map(is_met)
+    }
+
+    /// The pixels that are tried and come to an access, each with the place; `None` where the ids do not tell it.
+    fn places(&mut self, access: usize) -> Vec<([u32; 2], Option<Vec<Step>>)> {
+        let guards = self.access(access).guards.clone();
+        let mut conjuncts = Vec::new();
+        flatten(&guards, &mut self.found.terms, &mut conjuncts);
+        let steps = steps(self.access(access));
+        let [across, down] = self.tried(&steps);
+        let mut places = Vec::new();
+        for [x, y] in (0..down).flat_map(|y| (0..across).map(move |x| [x, y])) {
+            let mut pixel = Pixel::new(&mut self.found.terms, self.found.group_size, [x, y]);
+            if !matches!(self.comes(&conjuncts, &mut pixel), Comes::Yes) {
+                continue;
+            }
+            let place = steps
+                .iter()
+                .map(|&step| match step {
+                    Step::Dynamic(term) => {
+                        self.at(term, &mut pixel).map(|term| self.numbered(term))
+                    }
+                    Step::Index(_) => Some(step),
+                })
+                .collect();
+            places.push(([x, y], place));
+        }
+        places
+    }
+
+    /// A step, a number whatever its type if it is one.
+    fn numbered(&self, term: TermId) -> Step {
+        match integer(self.found.terms.as_literal(term)).map(u32::try_from) {
+            Some(Ok(number)) => Step::Index(number),
+            _ => Step::Dynamic(term),
+        }
     }
 
     /// The pixels along each axis that are tried. What is made of ids of the workgroup and the invocation is tried within one workgroup
