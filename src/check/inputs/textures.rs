@@ -85,7 +85,7 @@ impl Maker<'_> {
                     .flat_map(|_| self.texel(format, storage == Some(true), rng))
                     .collect(),
             };
-            if self.breadth > 0 && from_file.is_none() && storage.is_none() {
+            if self.breadth > 0 && from_file.is_none() && storage != Some(true) {
                 let rows = level_size.height * level_size.depth_or_array_layers;
                 make_plain_patches(&mut bytes, [level_size.width, rows], rng);
             }
@@ -125,7 +125,8 @@ impl Maker<'_> {
             false if self.reach > 0 => self.reaching(rng),
             false => match self.end(rng) {
                 Some(end) => f32::from(end),
-                None => rng.f32(),
+                // below 0 and above 1 as in buffers: distances, speeds
+                None => rng.f32() * (1.0 + 2.0 * self.breadth as f32) - self.breadth as f32,
             },
         };
         match format {
