@@ -205,3 +205,32 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         assert_eq!(is_told, size != [1, 1], "{:?}", report.notes);
     }
 }
+
+/// Two pictures of a fixed size in one buffer, of which no bound tells: rewritten by the author's word that they lie apart.
+#[test]
+fn pictures_that_lie_apart_by_the_authors_word() {
+    let text = "
+struct Frame { width: u32, height: u32 }
+@group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(1) var<storage, read_write> pictures: array<f32, 8192>;
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= frame.width || id.y >= frame.height { return; }
+    let own = id.y * frame.width + id.x;
+    var sum = 0.0;
+    for (var k = 0u; k < 5u; k++) {
+        sum += pictures[own + k * k];
+    }
+    pictures[4096u + own] = sum + f32(id.x);
+}
+";
+    let source = vrcs_passes::Source::new("pictures.wgsl", text);
+    let mut job = Job::new("main");
+    job.seed = common::seed();
+    let (module, info) = common::parse(&source);
+    let without = vrcs_passes::rewrite(&module, &info, "main", &job.options);
+    assert!(without.is_err(), "no word is given");
+    job.options.apart.insert("pictures".to_owned());
+    common::assert_passed(&common::run(&source, &job));
+}
