@@ -54,6 +54,7 @@ laws! {
     guarded
     half_size
     helpers
+    lanes
     layers
     lone_groups
     morton

@@ -55,6 +55,7 @@ pub fn of(code: Code) -> Option<Example> {
         103 => include_str!("codes/103.wgsl"),
         104 => include_str!("codes/104.wgsl"),
         105 => include_str!("codes/105.wgsl"),
+        106 => include_str!("codes/106.wgsl"),
         _ => return None,
     };
     let set = |line: &str| line.strip_prefix("// options: ").map(options);

@@ -126,6 +126,10 @@ codes! {
     /// The invocations of a workgroup work together on one pixel, the workgroup's own. A primary would have to be a whole workgroup; here
     /// it is an invocation, no two that store lie in one block, and no rate saves anything.
     PixelIsAGroup = 105, Warning;
+    /// Neighbours in the grid of invocations are no neighbours in the texture that is stored to: a line of invocations covers several
+    /// rows, or workgroups are dealt out over the picture by their numbers. Rates are of the grid, so that a block that shares one is no
+    /// block of the picture.
+    Scattered = 106, Warning;
 }
 
 impl fmt::Display for Code {
@@ -208,6 +212,14 @@ impl Finding {
             });
         }
         self
+    }
+
+    /// Adds a place, if nothing is said of it yet.
+    pub(crate) fn at_another(self, span: Span, text: impl Into<String>) -> Finding {
+        match self.labels.iter().any(|label| label.span == span) {
+            true => self,
+            false => self.at(span, text),
+        }
     }
 
     /// Says what the author can do.

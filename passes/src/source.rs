@@ -34,6 +34,8 @@ pub struct Source {
     files: Vec<File>,
     pieces: Vec<Piece>,
     text: String,
+    /// Whether what is parsed is not text at all, and spans lead to the lines that it was compiled from.
+    is_compiled: bool,
 }
 
 /// A place in a file.
@@ -109,6 +111,18 @@ impl Source {
         self.text.push_str(words);
     }
 
+    /// Says that what is parsed comes, from its byte `start` on, from a part of a file. Bytes in order.
+    #[cfg(feature = "spirv")]
+    pub(crate) fn stand_for(&mut self, start: usize, file: usize, of: Range<usize>) {
+        self.is_compiled = true;
+        self.pieces.push(Piece {
+            start,
+            file,
+            of,
+            is_verbatim: false,
+        });
+    }
+
     /// The joined text.
     pub fn text(&self) -> &str {
         &self.text
@@ -146,6 +160,7 @@ impl Source {
         let (file, first) = self.origin(range.start)?;
         let text = &self.files[file].text;
         let end = match range.is_empty() {
+            _ if self.is_compiled => first.end,
             true => first.start,
             false => match self.origin(range.end - 1)? {
                 (last_file, last) if last_file == file => last.end.max(first.start),
@@ -172,9 +187,24 @@ impl Source {
 
     /// The text of a span, its white space made single.
     pub fn snippet(&self, span: Span) -> Option<String> {
-        let (index, range) = self.locate(span)?;
-        let text = &self.files[index].text[range];
+        let (index, mut range) = self.locate(span)?;
+        let text = &self.files[index].text;
+        // naga ends the span of a call that is a statement before its last parenthesis
+        let open = text[range.clone()].matches('(').count();
+        if open == text[range.clone()].matches(')').count() + 1
+            && text[range.end..].starts_with(')')
+        {
+            range.end += 1;
+        }
+        let text = &text[range];
         Some(text.split_whitespace().collect::<Vec<_>>().join(" "))
+    }
+
+    /// The text of an expression, where the source has expressions and not only lines.
+    pub(crate) fn expression(&self, span: Span) -> Option<String> {
+        let words = self.snippet(span).filter(|_| !self.is_compiled)?;
+        // naga's GLSL front end gives a member or an element the place of what is behind the `.` or `[` alone
+        (!words.is_empty() && !words.starts_with(['.', '['])).then_some(words)
     }
 
     pub(crate) fn codespan_files(&self) -> codespan_reporting::files::SimpleFiles<&str, &str> {

@@ -83,6 +83,17 @@ pub(super) struct Watch {
     slots: u32,
 }
 
+impl Watch {
+    /// Leaves one layer of workgroups to the dispatch.
+    fn flatten(&mut self, group_size: [u32; 3]) {
+        self.dispatched /= self.groups[2] as usize;
+        self.grid[2] /= self.groups[2];
+        self.groups[2] = 1;
+        debug_assert_eq!(self.grid[2], group_size[2]);
+        self.logging = None;
+    }
+}
+
 impl Session<'_> {
     /// Makes what the original is watched with.
     pub(super) fn watch(&mut self, group_size: [u32; 3]) -> Result<Watch, Stop> {
@@ -176,6 +187,11 @@ impl Session<'_> {
             if let Some(race) = run.log.race(&logging.sites) {
                 let [a, b] = race.invocations.map(|i| position(i, watch.grid));
                 let site = &logging.sites[race.site as usize];
+                // layers that one invocation goes through itself are none of the dispatch's
+                if a[..2] == b[..2] && watch.groups[2] > 1 {
+                    watch.flatten(self.group_size);
+                    return self.learn(watch, number, breadth);
+                }
                 return Err(inconclusive(format!(
                     "the original's invocations {a:?} and {b:?} store to one place{}, so what it holds is chance",
                     self.at(site.span)

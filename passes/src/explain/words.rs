@@ -22,8 +22,7 @@ impl Words<'_> {
     fn told(&self, term: TermId, depth: usize) -> String {
         let words = self
             .span(term)
-            .and_then(|span| self.source.snippet(span))
-            .filter(|words| !words.is_empty());
+            .and_then(|span| self.source.expression(span));
         words.unwrap_or_else(|| self.put_together(term, depth))
     }
 

@@ -71,7 +71,18 @@ pub(super) fn spirv(files: &[(String, Vec<u8>)]) -> Result<Shader, Invalid> {
         let source = Source::new(name.unwrap_or("spirv"), "");
         return Err(Report::new("SPIR-V modules cannot be joined").render(&source));
     };
-    let source = Source::new(name.clone(), "");
+    let prepared = super::spirv::prepare(name, bytes);
+    if !prepared.combined.is_empty() {
+        let names: Vec<_> = prepared.combined.iter().map(|n| format!("`{n}`")).collect();
+        let is = if names.len() == 1 {
+            "is a combined image sampler"
+        } else {
+            "are combined image samplers"
+        };
+        let mut report = Report::new(format!("{} {is}, and naga has none", names.join(", ")));
+        report.help = Some(APART.to_owned());
+        return Err(report.render(&Source::new(name.clone(), "")));
+    }
     let options = naga::front::spv::Options {
         // compute shaders have no position that would have to be turned over
         adjust_coordinate_space: false,
@@ -79,11 +90,13 @@ pub(super) fn spirv(files: &[(String, Vec<u8>)]) -> Result<Shader, Invalid> {
         block_ctx_dump_prefix: None,
     };
     let parsed = crate::deep::run(|| {
-        naga::front::spv::parse_u8_slice(bytes, &options).map_err(|error| error.to_string())
+        naga::front::spv::parse_u8_slice(&prepared.bytes, &options)
+            .map_err(|error| error.to_string())
     });
-    let module = match parsed {
+    let mut module = match parsed {
         Ok(Ok(module)) => module,
         Ok(Err(why)) => {
+            let source = Source::new(name.clone(), "");
             return Err(
                 Report::new(format!("it is no SPIR-V that naga understands: {why}"))
                     .render(&source),
@@ -91,11 +104,13 @@ pub(super) fn spirv(files: &[(String, Vec<u8>)]) -> Result<Shader, Invalid> {
         }
         Err(panic) => {
             return Err(
-                Report::new(format!("naga's SPIR-V front end gave up: {panic}")).render(&source),
+                Report::new(format!("naga's SPIR-V front end gave up: {panic}"))
+                    .render(&Source::new(name.clone(), "")),
             );
         }
     };
-    finish(module, source)
+    prepared.size_groups(&mut module);
+    finish(module, prepared.source)
 }
 
 /// Reads a GLSL compute shader of one file or several, in order.
@@ -126,6 +141,10 @@ pub(super) fn glsl(files: Vec<(String, String)>, defines: &Defines) -> Result<Sh
             };
             let mut report = Report::new(first.kind.to_string());
             report.labels.push((first.meta, "here".to_owned()));
+            report.help = Some(match is_combined(&report, &source) {
+                true => APART.to_owned(),
+                false => "naga's GLSL front end knows less than glslang: `glslangValidator -V -g` makes SPIR-V of it, which comes in too".to_owned(),
+            });
             return Err(report.render(&source));
         }
         Err(panic) => {
@@ -137,12 +156,48 @@ pub(super) fn glsl(files: Vec<(String, String)>, defines: &Defines) -> Result<Sh
     finish(module, source)
 }
 
+/// Whether a message of naga's is about a combined image sampler.
+#[cfg(feature = "glsl")]
+fn is_combined(report: &Report, source: &Source) -> bool {
+    let words = report
+        .labels
+        .first()
+        .and_then(|(at, _)| source.snippet(*at));
+    let words = words.unwrap_or_default();
+    let kind = words.trim_start_matches(['i', 'u']);
+    kind.starts_with("sampler") && kind != "sampler" && !words.contains('(')
+}
+
+/// What to do about a combined image sampler.
+#[cfg(any(feature = "spirv", feature = "glsl"))]
+const APART: &str = "declare the texture and its sampler apart, `uniform texture2D t; uniform sampler s;`, and read by `texture(sampler2D(t, s), at)`";
+
 #[cfg(any(feature = "spirv", feature = "glsl"))]
 fn finish(mut module: naga::Module, source: Source) -> Result<Shader, Invalid> {
     // `buffer Sums { .. };` has a name for its block alone, and `--target Sums=leader` has to mean something
     for (_, global) in module.global_variables.iter_mut() {
-        if global.binding.is_some() && global.name.is_none() {
-            global.name = module.types[global.ty].name.clone();
+        if let Some(place) = global.binding
+            && global.name.as_deref().is_none_or(str::is_empty)
+        {
+            let block = module.types[global.ty].name.clone();
+            global.name = block
+                .filter(|name| !name.is_empty())
+                // a module whose names were taken out
+                .or_else(|| Some(format!("binding_{}_{}", place.group, place.binding)));
+        }
+        // `writeonly buffer`: naga has no such buffers, and one that may be read as well holds the same
+        if let naga::AddressSpace::Storage { access } = &mut global.space
+            && access.contains(naga::StorageAccess::STORE)
+        {
+            *access |= naga::StorageAccess::LOAD;
+        }
+    }
+    for (_, function) in module.functions.iter_mut() {
+        // glslang has the types of the parameters in a function's name: `hit(vf3;f1;`
+        if let Some(name) = &mut function.name
+            && let Some(end) = name.find('(')
+        {
+            name.truncate(end);
         }
     }
     let depth = crate::deep::of_module(&module);

@@ -12,6 +12,8 @@ pub mod folder;
 mod hints;
 mod invalid;
 mod language;
+#[cfg(feature = "spirv")]
+mod spirv;
 
 use naga::{
     Module,

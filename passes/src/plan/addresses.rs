@@ -1,6 +1,6 @@
 //! How each store's address is found for a duplicate.
 
-use naga::BinaryOperator;
+use naga::{BinaryOperator, Span};
 
 use super::{CopyPlan, How, Planner, domain::Domain};
 use crate::{
@@ -10,7 +10,7 @@ use crate::{
         guard::{Formula, flatten},
         interval::less,
         tangent::{Slope, Tangent},
-        term::{Term, TermId},
+        term::{Id, Step, Term, TermId, integer},
     },
     finding::{Code, Finding},
     options::Policy,
@@ -29,6 +29,7 @@ impl Planner<'_> {
             .filter_map(|store| self.plan_copy(store, domain))
             .collect();
         self.warn_of_groups_for_pixels(&copies);
+        self.warn_of_scattered(&copies);
         copies
     }
 
@@ -41,7 +42,49 @@ impl Planner<'_> {
             let (span, axes) = (self.access(store).span, self.axes(store));
             finding = finding.at(span, format!("depends on {}", named(axes)));
         }
-        self.say(finding.help("name another entry point with --entry"));
+        let help = match self.is_line() && self.options.linear.is_none() {
+            true => format!(
+                "if the dispatch goes over a picture's pixels row by row, tell its width: `--linear {}`; else name another entry point with --entry",
+                self.width_by_name().unwrap_or_else(|| "WIDTH".to_owned())
+            ),
+            false => "name another entry point with --entry".to_owned(),
+        };
+        self.say(finding.help(help));
+    }
+
+    /// Whether workgroups have one row.
+    fn is_line(&self) -> bool {
+        let [_, height, depth] = self.found.group_size;
+        [height, depth]
+            .iter()
+            .all(|&side| integer(self.found.terms.as_literal(side)) == Some(1))
+    }
+
+    /// What the shader divides an id by, as `--linear` takes it: the member of a uniform.
+    fn width_by_name(&self) -> Option<String> {
+        use BinaryOperator as B;
+        let terms = &self.found.terms;
+        let divisor = terms.all().find_map(|term| match *term {
+            Term::Binary(B::Modulo | B::Divide, left, right) => {
+                matches!(terms.get(left), Term::Id(Id::Global(0))).then_some(right)
+            }
+            _ => None,
+        })?;
+        let Term::Load(global, path) = terms.get(divisor) else {
+            return None;
+        };
+        let variable = &self.module.global_variables[*global];
+        let naga::TypeInner::Struct { members, .. } = &self.module.types[variable.ty].inner else {
+            return None;
+        };
+        match **path {
+            [Step::Index(member)] => Some(format!(
+                "{}.{}",
+                variable.name.as_ref()?,
+                members.get(member as usize)?.name.as_ref()?
+            )),
+            _ => None,
+        }
     }
 
     /// The axes that a store's address depends on.
@@ -187,6 +230,10 @@ impl Planner<'_> {
                     condition_span = found;
                 }
             });
+            // a part of a condition on vectors, `all(id.xy % 2u == vec2(0u))`, has no place of its own
+            if condition_span == span {
+                condition_span = self.whole_condition(&formula).unwrap_or(span);
+            }
             if !one_to_one {
                 self.say(
                     Finding::new(
@@ -194,7 +241,7 @@ impl Planner<'_> {
                         format!("a store to `{name}` runs only for some ids and does not go to the pixel's own place"),
                     )
                     .at(span, "lost when the invocation that runs it is a duplicate")
-                    .at(condition_span, "the condition on the ids")
+                    .at_another(condition_span, "the condition on the ids")
                     .help(match self.works_together() {
                         true => format!("store to `{name}` in an entry point of its own, in a dispatch before or behind this one"),
                         false => format!("`--target {name}=full` has every pixel store there what the original does; or move this store to an entry point of its own"),
@@ -210,22 +257,38 @@ impl Planner<'_> {
                 asked.push(formula);
                 continue;
             }
-            let mut finding = Finding::new(
+            let finding = Finding::new(
                 Code::FollowsPrimary,
                 format!(
                     "a store to `{name}` runs only for some ids; its copies follow the primary"
                 ),
             );
-            // a condition of several parts may have no place of its own
-            if condition_span != span {
-                finding = finding.at(condition_span, "the condition on the ids");
-            }
+            let finding = match condition_span == span {
+                true => finding,
+                false => finding.at(condition_span, "the condition on the ids"),
+            };
             self.say(
                 finding.at(span, "copied wherever the primary stores")
                     .help("keep both sides of the condition in blocks of their own, or at full rate, where that shows"),
             );
         }
         Some(asked)
+    }
+
+    /// Where the condition stands that a formula is a part of.
+    fn whole_condition(&mut self, formula: &Formula) -> Option<Span> {
+        let conditions: Vec<_> = (self.found.conditions.iter())
+            .map(|site| (site.condition, site.span))
+            .collect();
+        conditions.into_iter().find_map(|(condition, span)| {
+            let is_part = [true, false].into_iter().any(|holds| {
+                let mut conjuncts = Vec::new();
+                let whole = [Formula::Is(condition, holds)];
+                flatten(&whole, &mut self.found.terms, &mut conjuncts);
+                conjuncts.contains(formula)
+            });
+            is_part.then_some(span)
+        })
     }
 
     /// Whether a formula compares a part of a store's address against something that is the same for all invocations.

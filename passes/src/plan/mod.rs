@@ -12,6 +12,7 @@ mod domain;
 mod exchanges;
 mod hazards;
 mod iterations;
+mod layout;
 pub mod regions;
 mod together;
 
@@ -122,12 +123,18 @@ pub fn plan<'a>(
     planner.check_hazards(&domain);
     let group = planner.plan_group(facts, options.barriers);
     let copies = planner.plan_copies(&domain);
+    planner.pass_over_sums();
     let (refusals, warnings): (Vec<_>, Vec<_>) = planner
         .findings
         .into_iter()
         .partition(|finding| finding.code.severity() == Severity::Refusal);
     if !refusals.is_empty() {
-        return Err(refusals);
+        let nothing = |finding: &Finding| finding.code == Code::NothingPerPixel;
+        // where no pixel is stored, what else stands against a rewrite is no matter: it stays as it is
+        return Err(match refusals.iter().position(nothing) {
+            Some(index) => vec![refusals[index].clone()],
+            None => refusals,
+        });
     }
     let targets = facts
         .written()

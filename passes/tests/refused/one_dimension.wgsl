@@ -13,4 +13,4 @@ error[VRCS003]: the entry point stores nothing at an address that depends on bot
 5 │     values[id.x] = 2.0;
   │     ^^^^^^^^^^^^^^^^^^ depends on x alone
   │
-  = help: name another entry point with --entry
+  = help: if the dispatch goes over a picture's pixels row by row, tell its width: `--linear WIDTH`; else name another entry point with --entry

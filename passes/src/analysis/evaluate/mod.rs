@@ -209,7 +209,12 @@ impl<'a> Walk<'a> {
                     let address = self.texel(frame, coordinate, array_index);
                     let operands = address.terms();
                     let global = target.global;
-                    let span = function.expressions.get_span(handle);
+                    // naga's GLSL front end gives `imageLoad` no place
+                    let span = [handle, coordinate, image]
+                        .map(|of| function.expressions.get_span(of))
+                        .into_iter()
+                        .find(|span| span.is_defined())
+                        .unwrap_or_default();
                     self.note_access(
                         frame,
                         AccessKind::Load { value: handle },

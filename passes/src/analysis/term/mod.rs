@@ -298,6 +298,8 @@ pub struct Terms<'a> {
     pub loops: Vec<Loop>,
     /// The width of the picture, where the dispatch numbers its pixels row by row.
     pub width: Option<TermId>,
+    /// The sides of the workgroup, where they are numbers.
+    pub sides: Option<[u32; 3]>,
     /// What a call comes to, where its body was followed.
     pub expansions: FxHashMap<TermId, TermId>,
     fresh: u32,
@@ -312,6 +314,7 @@ impl<'a> Terms<'a> {
             index: FxHashMap::default(),
             loops: Vec::new(),
             width: None,
+            sides: None,
             expansions: FxHashMap::default(),
             fresh: 0,
         }
@@ -320,6 +323,11 @@ impl<'a> Terms<'a> {
     /// The module whose values these are.
     pub fn module(&self) -> &'a Module {
         self.module
+    }
+
+    /// All values, in the order in which they were met.
+    pub fn all(&self) -> impl Iterator<Item = &Term> {
+        self.terms.iter()
     }
 
     /// How a value comes about.

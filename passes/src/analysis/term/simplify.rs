@@ -124,6 +124,17 @@ impl Terms<'_> {
             }
             _ => {}
         }
+        // the same as glslang lowers them: the value of the branch that is not taken is the condition's own
+        let otherwise = self.not(condition);
+        if reject == condition {
+            return self.and(condition, accept);
+        } else if accept == condition {
+            return self.or(condition, reject);
+        } else if reject == otherwise {
+            return self.or(otherwise, accept);
+        } else if accept == otherwise {
+            return self.and(otherwise, reject);
+        }
         self.intern(Term::Select(condition, accept, reject))
     }
 
@@ -220,6 +231,36 @@ impl Terms<'_> {
             .then(|| self.intern(Term::As(ScalarKind::Sint, Some(4), of)))
     }
 
+    /// Column or row of a workgroup's invocation, from its number: `index % width`, `index & 7u`, `index / width`, `index >> 3u`, as
+    /// `i32`, too.
+    fn unflattened(&mut self, op: BinaryOperator, left: TermId, right: TermId) -> Option<TermId> {
+        let [width, _, depth] = self.sides?;
+        let number = u32::try_from(integer(self.as_literal(right))?).ok()?;
+        let is_power = width.is_power_of_two();
+        let axis = match op {
+            BinaryOperator::Modulo if number == width => 0,
+            BinaryOperator::And if is_power && number == width - 1 => 0,
+            BinaryOperator::Divide if depth == 1 && number == width => 1,
+            BinaryOperator::ShiftRight
+                if depth == 1 && is_power && number == width.trailing_zeros() =>
+            {
+                1
+            }
+            _ => return None,
+        };
+        match *self.get(left) {
+            Term::Id(Id::LocalIndex) => Some(self.intern(Term::Id(Id::Local(axis)))),
+            // a workgroup has far fewer than 2³¹ invocations
+            Term::As(ScalarKind::Sint, convert @ (Some(4) | None), inner)
+                if *self.get(inner) == Term::Id(Id::LocalIndex) =>
+            {
+                let of = self.intern(Term::Id(Id::Local(axis)));
+                Some(self.intern(Term::As(ScalarKind::Sint, convert, of)))
+            }
+            _ => None,
+        }
+    }
+
     /// A binary operation on two scalars, or on two whole values.
     pub fn binary(
         &mut self,
@@ -235,6 +276,9 @@ impl Terms<'_> {
             return self.literal(folded);
         }
         if let Some(of) = self.unlinear(op, left, right) {
+            return of;
+        }
+        if let Some(of) = self.unflattened(op, left, right) {
             return of;
         }
         let is = |terms: &Terms, id, n: i64| integer(terms.as_literal(id)) == Some(n);

@@ -147,6 +147,8 @@ pub fn walk<'a>(
         truncated: false,
     };
     let group_size = walk.group_size();
+    let entry = &module.entry_points[entry];
+    walk.terms.sides = (entry.workgroup_size_overrides.is_none()).then_some(entry.workgroup_size);
     let width = width.map(|width| walk.width(width));
     walk.terms.width = width;
     let arguments = walk.entry_arguments(group_size);

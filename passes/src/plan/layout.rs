@@ -1,0 +1,98 @@
+//! How what is stored lies against the grid of invocations: at no pixel at all, or at pixels whose neighbours are others.
+
+use rustc_hash::FxHashSet;
+
+use super::{CopyPlan, How, Planner};
+use crate::{
+    analysis::{
+        Address,
+        depends::Depends,
+        term::{Id, Term, TermId, integer},
+    },
+    finding::{Code, Finding, Severity},
+};
+
+impl Planner<'_> {
+    /// Where an entry point would be refused, and each workgroup stores to the same places (a histogram's bins, by the number of an
+    /// invocation in its workgroup), it works out no pixels: that is what is told, and it stays as it is.
+    pub(super) fn pass_over_sums(&mut self) {
+        let refused = |finding: &Finding| finding.code.severity() == Severity::Refusal;
+        if !self.findings.iter().any(refused) {
+            return;
+        }
+        let stores = self.stores();
+        let moves = |store: usize| {
+            let terms = self.access(store).address.terms();
+            self.has_id(&terms, |id| !matches!(id, Id::Local(_) | Id::LocalIndex))
+        };
+        if stores.is_empty() || stores.iter().any(|&store| moves(store)) {
+            return;
+        }
+        let span = self.access(stores[0]).span;
+        self.say(
+            Finding::new(
+                Code::NothingPerPixel,
+                "every workgroup stores to the same places, so the entry point works out no pixels",
+            )
+            .at(span, "does not move with the workgroup")
+            .help("leave this entry point as it is, and name another with --entry"),
+        );
+    }
+
+    /// Warns where neighbours in the grid of invocations are no neighbours in a texture: a line of invocations that covers several
+    /// rows (as FidelityFX has them), or workgroups that are dealt out over the picture by their numbers.
+    pub(super) fn warn_of_scattered(&mut self, copies: &[CopyPlan]) {
+        let sides = self.found.group_size;
+        let sides = sides.map(|side| integer(self.found.terms.as_literal(side)));
+        let is_line = matches!(sides, [Some(2..), Some(1), Some(1)]);
+        for copy in copies {
+            let access = self.access(copy.access);
+            let (span, global) = (access.span, access.target.global);
+            let (Address::Texel { coordinate, .. }, How::Recompute(_)) =
+                (&access.address, &copy.how)
+            else {
+                continue;
+            };
+            let &[_, row, ..] = coordinate.as_slice() else {
+                continue;
+            };
+            let by_group = self.has_id(&[row], |id| matches!(id, Id::Group(0)));
+            let depends = self.on.of(&mut self.found.terms, row);
+            if !depends.contains(Depends::X) || !(is_line || by_group) {
+                continue;
+            }
+            let name = self.name(global);
+            self.say(
+                Finding::new(
+                    Code::Scattered,
+                    format!("neighbours of the dispatch are no neighbours in `{name}`, so a block that shares a rate is no block of the picture"),
+                )
+                .at(span, "the row changes along x of the dispatch")
+                .help(match is_line {
+                    true => "give the workgroup two sides, such as 8 x 8, and find the pixel by `global_invocation_id.xy`; else give rates by invocation, not by pixel",
+                    false => "find the pixel by `global_invocation_id.xy`; else give rates by invocation, not by pixel",
+                }),
+            );
+            return;
+        }
+    }
+
+    /// Whether an id of some kind has a part in terms, what is not followed included.
+    fn has_id(&self, terms: &[TermId], is: impl Fn(Id) -> bool) -> bool {
+        let graph = &self.found.terms;
+        let mut open = terms.to_vec();
+        let mut seen = FxHashSet::default();
+        while let Some(term) = open.pop() {
+            if !seen.insert(term) {
+                continue;
+            }
+            match *graph.get(term) {
+                Term::Id(id) if is(id) => return true,
+                Term::Id(_) => {}
+                Term::LoopVar { .. } | Term::LoopExit { .. } => return true,
+                _ => graph.operands(term, &mut |operand| open.push(operand)),
+            }
+        }
+        false
+    }
+}
