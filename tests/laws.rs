@@ -73,8 +73,10 @@ laws! {
     through_pointers
     tile_bits
     tile_order
+    torus
     transposed
     uniform_or_edge
+    upper_layers
     wide_blocks
 }
 

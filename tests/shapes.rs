@@ -81,6 +81,11 @@ fn additions_beyond_the_end_are_no_failure() {
 }
 
 #[test]
+fn texels_beyond_the_picture_are_no_failure() {
+    hold("reads_beyond", |_| {});
+}
+
+#[test]
 fn duplicates_keep_what_a_leader_does_not_store() {
     hold("leader", |job| {
         job.options

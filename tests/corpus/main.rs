@@ -1,4 +1,4 @@
-//! Shaders that others wrote and published: each compute entry point of a dozen crates is rewritten, or refused with a reason
+//! Shaders that others wrote and published: each compute entry point of some thirty crates is rewritten, or refused with a reason
 //! that somebody has read and found right.
 //!
 //! `TABLE.md` beside this file is what came of it; `VRCS_BLESS=1` writes it anew. `DRIVERS.md` tells what a long run on drivers said. The text of the shaders is fetched, and never part of
@@ -15,6 +15,7 @@ mod screen;
 mod spirv;
 mod table;
 mod verdicts;
+mod wesl;
 
 use std::path::Path;
 

@@ -92,8 +92,9 @@ pub fn first_line(text: &str) -> String {
 }
 
 /// What a user may choose, from what changes least: more buffers than WebGPU's default limits, as many devices have; a target
-/// of which a refusal speaks written by every pixel; atomics by weight.
-fn choices(shader: &Shader, reasons: &[(Code, String)]) -> Vec<Choice> {
+/// of which a refusal speaks written by every pixel; atomics by weight; the word that a target is read apart from its stores, where somebody
+/// has read the shader and could give it.
+fn choices(shader: &Shader, entry: &str, reasons: &[(Code, String)]) -> Vec<Choice> {
     let limits = Options {
         max_uniform_buffers: 32,
         max_storage_buffers: 32,
@@ -118,6 +119,14 @@ fn choices(shader: &Shader, reasons: &[(Code, String)]) -> Vec<Choice> {
             arguments: format!("--target {name}=full"),
         });
     }
+    for (_, name) in verdicts::WORDS.iter().filter(|(of, _)| *of == entry) {
+        let mut options = limits.clone();
+        options.apart.insert((*name).to_owned());
+        choices.push(Choice {
+            options,
+            arguments: format!("--apart {name}"),
+        });
+    }
     choices.push(Choice {
         options: Options {
             atomics: Atomics::Weight,
@@ -134,7 +143,7 @@ pub fn rewritten(shader: &Shader, entry: &str) -> (Became, Became, Option<Choice
     let Became::Refused(reasons) = &default else {
         return (default.clone(), default, None);
     };
-    for choice in choices(shader, reasons) {
+    for choice in choices(shader, entry, reasons) {
         let chosen = rewritten_with(shader, entry, &choice.options);
         if chosen == Became::Rewritten {
             return (default, chosen, Some(choice));
@@ -229,7 +238,7 @@ pub fn print(rows: &[Row]) -> String {
         "# Published shaders\n\n\
          Written by `VRCS_BLESS=1 cargo test --test corpus`; the test fails where it is not current.\n\n\
          - Rewritten, of the screen-space entry points (`screen.rs` has the rule), with the default options: {}.\n\
-         - The same with what a user may choose (32 buffers of each kind a stage, one target `full`, `--atomics weight`): {}.\n\
+         - The same with what a user may choose (32 buffers of each kind a stage, one target `full`, `--atomics weight`, `--apart` where it is true): {}.\n\
          - Both again, with at most {MOST} entry points of a repository (picked by hash), so that none sets the result alone: {} and {}.\n\
          - Of those rewritten by default, validated but never run, for want of a feature of lavapipe and SwiftShader: {unrun}.\n\
          - Others that are rewritten: {others}, refused: {left}. Entry points that store nothing per pixel: {nothing}. Files that are not shaders on their own: {unread}.\n\n\

@@ -1,5 +1,8 @@
 //! What somebody who has read the shader says of each refusal.
 
+/// Entry points, and the target that they read nowhere where another pixel stores, as somebody who has read them can say.
+pub const WORDS: &[(&str, &str)] = &[("dof_gather", "dof"), ("dof_post", "dof")];
+
 /// Of a crate, a file (its end) and entry points (`*` for all of the file's): why the refusal is right, or what would make it
 /// a rewrite.
 pub const VERDICTS: &[(&str, &str, &[&str], &str)] = &[
@@ -122,7 +125,7 @@ pub const VERDICTS: &[(&str, &str, &[&str], &str)] = &[
         "cuneus",
         "pinscreen.wgsl",
         &["dof_gather", "dof_post"],
-        "right as far as can be proved: reads one third of a buffer and writes another; that a third holds half the picture's pixels follows from `dims.x * dims.y <= MAXPIX` only for textures that are not much wider than high",
+        "right as far as can be proved: reads one third of a buffer and writes another; that a third holds half the picture's pixels follows from `dims.x * dims.y <= MAXPIX` only for textures that are not much wider than high; with `--apart dof` it is rewritten",
     ),
     (
         "cuneus",
@@ -171,6 +174,120 @@ pub const VERDICTS: &[(&str, &str, &[&str], &str)] = &[
         "hiz_reproject.wgsl",
         &["scatter"],
         "right by default: scatters depths to where they are seen from now, by atomics",
+    ),
+    (
+        "bevy-volumetric-clouds",
+        "clouds_compute.wgsl",
+        &["update"],
+        "right: last frame's camera stands in four texels of the picture that it writes, and last frame's colour is read where the camera saw it",
+    ),
+    (
+        "bevy_elements",
+        "clouds/shadow.wesl",
+        &["*"],
+        "right by default: one in sixteen writes a coarse map, too; the policy `full` for `coarse` would do",
+    ),
+    (
+        "bevy_elements",
+        "clouds/weather.wesl",
+        &["cloud_field"],
+        "right: counts into a histogram by atomics",
+    ),
+    (
+        "bevy_elements",
+        "hydrology/substep.wesl",
+        &["*"],
+        "right by default: it uses all the storage buffers that WebGPU promises; with `--max-storage-buffers 9` it is rewritten",
+    ),
+    (
+        "bevy_elements",
+        "trails/trails.wesl",
+        &["trail_stamp"],
+        "right by default: bodies leave their tracks by atomics; with `--atomics weight` it is rewritten",
+    ),
+    (
+        "bevy_elements",
+        "trails/trails.wesl",
+        &["trail_readback"],
+        "right: the first invocation writes a head of four numbers into the buffer that all write",
+    ),
+    (
+        "bevy_elements",
+        "waves/waves.wesl",
+        &["wave_head"],
+        "right by default: bodies push the water by atomics; with `--atomics weight` it is rewritten",
+    ),
+    (
+        "bevy_elements",
+        "waves/waves.wesl",
+        &["wave_step"],
+        "right as far as can be proved: four texels of a window on a torus, of which a mask and an origin that is read for each cascade tell where they stand",
+    ),
+    (
+        "fidget-wgpu",
+        "shaders/interval_root.wgsl",
+        &["*"],
+        "right: tiles that are neither empty nor full go into a list, by an atomic whose result is used",
+    ),
+    (
+        "fidget-wgpu",
+        "shaders/interval_tiles.wgsl",
+        &["*"],
+        "right: tiles that are neither empty nor full go into a list, by an atomic whose result is used",
+    ),
+    (
+        "fidget-wgpu",
+        "pixel/shaders/pixel_tiles.wgsl",
+        &["*"],
+        "right as far as can be proved: groups take tiles from a list until it is empty; that no tile stands there twice the shader does not say",
+    ),
+    (
+        "fidget-wgpu",
+        "voxel/shaders/merge.wgsl",
+        &["*"],
+        "right: reads the pixels beside it to see whether a tile is full, a race that its author means to have",
+    ),
+    (
+        "fidget-wgpu",
+        "voxel/shaders/repack.wgsl",
+        &["*"],
+        "right: appends to lists by atomics",
+    ),
+    (
+        "fidget-wgpu",
+        "voxel/shaders/sort.wgsl",
+        &["*"],
+        "right: sorts by atomics",
+    ),
+    (
+        "fidget-wgpu",
+        "voxel/shaders/voxel_tiles.wgsl",
+        &["*"],
+        "right: several invocations of a column race for its highest voxel, by atomics, and look how far the others are",
+    ),
+    (
+        "slime-mold",
+        "compute.wgsl",
+        &["main"],
+        "right: agents that read the trails that others leave",
+    ),
+    (
+        "slime-mold",
+        "compute.wgsl",
+        &["diffuse_trail"],
+        "right: diffuses in place, reading its neighbours while they change",
+    ),
+    (
+        "tessera-ui-basic-components",
+        "mean.wgsl",
+        &["*"],
+        "right by default: sums up luminance by atomics, inside of an area alone; the policy `full` for `result` would do",
+    ),
+    (
+        "threers",
+        "pathtrace.wgsl",
+        &["*"],
+        "right: the pixels of a workgroup share out their samples, and whether a pixel has enough, which stands in the buffer that it writes, goes into workgroup memory",
     ),
 ];
 

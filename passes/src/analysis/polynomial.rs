@@ -78,6 +78,13 @@ impl Polynomial {
                 Some(&expansion) => of(terms, expansion),
                 None => Some(Polynomial::monomial(vec![id], 1)),
             },
+            Term::Extract(base, index) => match terms.expansions.get(&base) {
+                Some(&expansion) => {
+                    let part = terms.extract(expansion, index);
+                    of(terms, part)
+                }
+                None => Some(Polynomial::monomial(vec![id], 1)),
+            },
             _ => Some(Polynomial::monomial(vec![id], 1)),
         }
     }

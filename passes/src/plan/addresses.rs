@@ -127,7 +127,7 @@ impl Planner<'_> {
         let tangents = self.tangents_of(store);
         let one_to_one = match tangents.as_deref() {
             Some(tangents) => is_one_to_one(tangents),
-            None => self.strides_tell_apart(&terms),
+            None => self.strides_tell_apart(&terms) || self.wraps_tell_apart(store, &terms, domain),
         };
         let is_copied = self.policy(global) != Policy::Leader;
         if is_copied && !one_to_one && self.refuse_together(store) {
@@ -221,6 +221,7 @@ impl Planner<'_> {
             })
             .into_iter()
             .filter(|formula| !domain.common.contains(formula))
+            .filter(|formula| self.tells_pixels_apart(formula))
             .collect();
         for formula in extra {
             let mut condition_span = span;
@@ -288,6 +289,17 @@ impl Planner<'_> {
                 conjuncts.contains(formula)
             });
             is_part.then_some(span)
+        })
+    }
+
+    /// Whether a formula may hold for a primary and not for its duplicates. They lie in one layer, so that what asks for the layer alone
+    /// holds for all of them or for none.
+    fn tells_pixels_apart(&mut self, formula: &Formula) -> bool {
+        let mut conditions = Vec::new();
+        formula.conditions(&mut |condition| conditions.push(condition));
+        conditions.into_iter().any(|condition| {
+            let on = self.on.of(&mut self.found.terms, condition);
+            on.intersects(Depends::X | Depends::Y)
         })
     }
 

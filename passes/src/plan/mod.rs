@@ -15,6 +15,7 @@ mod iterations;
 mod layout;
 pub mod regions;
 mod together;
+mod wraps;
 
 use naga::{Function, GlobalVariable, Handle, Module, Span, valid::ModuleInfo};
 
