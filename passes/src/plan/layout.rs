@@ -1,4 +1,4 @@
-//! How what is stored lies against the grid of invocations: at no pixel at all, or at pixels whose neighbours are others.
+//! How what is stored lies against the grid of invocations: at pixels whose neighbours are others.
 
 use rustc_hash::FxHashSet;
 
@@ -9,36 +9,10 @@ use crate::{
         depends::Depends,
         term::{Id, Term, TermId, integer},
     },
-    finding::{Code, Finding, Severity},
+    finding::{Code, Finding},
 };
 
 impl Planner<'_> {
-    /// Where an entry point would be refused, and each workgroup stores to the same places (a histogram's bins, by the number of an
-    /// invocation in its workgroup), it works out no pixels: that is what is told, and it stays as it is.
-    pub(super) fn pass_over_sums(&mut self) {
-        let refused = |finding: &Finding| finding.code.severity() == Severity::Refusal;
-        if !self.findings.iter().any(refused) {
-            return;
-        }
-        let stores = self.stores();
-        let moves = |store: usize| {
-            let terms = self.access(store).address.terms();
-            self.has_id(&terms, |id| !matches!(id, Id::Local(_) | Id::LocalIndex))
-        };
-        if stores.is_empty() || stores.iter().any(|&store| moves(store)) {
-            return;
-        }
-        let span = self.access(stores[0]).span;
-        self.say(
-            Finding::new(
-                Code::NothingPerPixel,
-                "every workgroup stores to the same places, so the entry point works out no pixels",
-            )
-            .at(span, "does not move with the workgroup")
-            .help("leave this entry point as it is, and name another with --entry"),
-        );
-    }
-
     /// Warns where neighbours in the grid of invocations are no neighbours in a texture: a line of invocations that covers several
     /// rows (as FidelityFX has them), or workgroups that are dealt out over the picture by their numbers.
     pub(super) fn warn_of_scattered(&mut self, copies: &[CopyPlan]) {

@@ -124,7 +124,6 @@ pub fn plan<'a>(
     planner.check_hazards(&domain);
     let group = planner.plan_group(facts, options.barriers);
     let copies = planner.plan_copies(&domain);
-    planner.pass_over_sums();
     let (refusals, warnings): (Vec<_>, Vec<_>) = planner
         .findings
         .into_iter()
