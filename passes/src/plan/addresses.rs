@@ -163,19 +163,18 @@ impl Planner<'_> {
             }),
             Err(blocked) => {
                 let cause = self.blocked_span(&blocked);
-                let finding = Finding::new(
-                    Code::AddressNotRecomputable,
-                    format!(
-                        "where a duplicate would store in `{name}` cannot be computed: {}",
-                        blocked.why
-                    ),
-                )
-                .at(span, "the store");
-                self.say(match cause == span {
-                    true => finding,
-                    false => finding.at(cause, blocked.why),
-                }
-                .help("compute the address from the invocation's ids, uniforms and read-only memory"));
+                self.say(
+                    Finding::new(
+                        Code::AddressNotRecomputable,
+                        format!(
+                            "where a duplicate would store in `{name}` cannot be computed: {}",
+                            blocked.why
+                        ),
+                    )
+                    .at(span, "the store")
+                    .at_another(cause, blocked.why)
+                    .help("compute the address from the invocation's ids, uniforms and read-only memory"),
+                );
                 None
             }
         }
