@@ -110,7 +110,11 @@ fn one_invocation_too_few_in_each_tile() {
 
 #[test]
 fn duplicates_are_not_confined_to_the_extent() {
-    caught("plain", "return ((mask & columns) & rows);", "return mask;");
+    caught(
+        "plain",
+        "return ((mask_1 & columns) & rows);",
+        "return mask_1;",
+    );
 }
 
 #[test]
@@ -135,10 +139,58 @@ fn duplicates_outside_the_domain_are_written() {
 }
 
 #[test]
+fn a_block_that_the_domain_ends_in_is_taken_for_whole() {
+    // the pictures of the check have odd sides: an even border ends inside a group
+    caught_with("guarded", "(far.x >= ", "(near.x >= ", &[("border", 2.0)]);
+}
+
+#[test]
+fn a_block_that_the_domain_begins_in_is_taken_for_whole() {
+    caught_with("guarded", "(near.y < ", "(far.y < ", &[("border", 3.0)]);
+}
+
+#[test]
+fn a_block_that_the_extent_ends_in_is_taken_for_whole() {
+    let from = "(near_2 + vec3<u32>(3u, 3u, 0u))";
+    for to in [
+        "(near_2 + vec3<u32>(0u, 3u, 0u))",
+        "(near_2 + vec3<u32>(3u, 0u, 0u))",
+    ] {
+        caught("plain", from, to);
+    }
+}
+
+#[test]
+fn a_quad_that_the_extent_ends_in_is_taken_for_whole() {
+    let from = "(near_2 + vec3<u32>(1u, 1u, 0u))";
+    for to in [
+        "(near_2 + vec3<u32>(0u, 1u, 0u))",
+        "(near_2 + vec3<u32>(1u, 0u, 0u))",
+    ] {
+        in_mode(Mode::List, from, to);
+    }
+}
+
+#[test]
+fn a_lists_members_are_not_turned_to_their_primary() {
+    // where the primary is no group's first pixel, since pictures are shaded from corner to corner in turns
+    in_mode(
+        Mode::List,
+        "members = (((_e32 & 17u) << 1u) | ((_e37 >> 1u) & 17u));",
+        "",
+    );
+    in_mode(
+        Mode::List,
+        "members = (((_e48 & 3u) << 4u) | (_e53 >> 4u));",
+        "",
+    );
+}
+
+#[test]
 fn a_group_whose_primary_lies_outside_the_domain_is_lost() {
     // an odd border leaves the first pixels of groups outside
     let border = [("border", 3.0)];
-    caught_with("guarded", "= firstTrailingBit(_e8);", "= 16u;", &border);
+    caught_with("guarded", "= firstTrailingBit(_e9);", "= 16u;", &border);
 }
 
 #[test]
@@ -163,8 +215,8 @@ fn rows_and_columns_of_duplicates_are_exchanged() {
 fn masks_are_not_turned_to_their_primary() {
     // a primary that is not its group's first pixel comes about by re-homing
     let border = [("border", 3.0)];
-    let from = "= vrcs_relative(_e8, ";
-    caught_with("guarded", from, "= vrcs_relative(_e8, 0u * ", &border);
+    let from = "= vrcs_relative(_e9, ";
+    caught_with("guarded", from, "= vrcs_relative(_e9, 0u * ", &border);
 }
 
 #[test]
@@ -260,15 +312,15 @@ fn in_mode(mode: Mode, from: &str, to: &str) {
 
 #[test]
 fn a_list_is_one_entry_too_long() {
-    in_mode(Mode::List, "if (number_1 >= _e35)", "if (number_1 > _e35)");
+    in_mode(Mode::List, "if (number_1 >= _e51)", "if (number_1 > _e51)");
 }
 
 #[test]
 fn a_lists_pixels_are_transposed() {
     in_mode(
         Mode::List,
-        "vec2<u32>((first_1 & 16383u), ((first_1 >> 14u) & 16383u))",
-        "vec2<u32>(((first_1 >> 14u) & 16383u), (first_1 & 16383u))",
+        "vec3<u32>((first_1 & 16383u), ((first_1 >> 14u) & 16383u), z_2)",
+        "vec3<u32>(((first_1 >> 14u) & 16383u), (first_1 & 16383u), z_2)",
     );
 }
 
@@ -276,8 +328,8 @@ fn a_lists_pixels_are_transposed() {
 fn a_lists_quads_are_taken_for_the_first_of_their_block() {
     in_mode(
         Mode::List,
-        "(quad << ((pixel_2.x & 2u) + ((pixel_2.y & 2u) * 4u)))",
-        "quad",
+        "(_e16 << ((pixel_2.x & 2u) + ((pixel_2.y & 2u) * 4u)))",
+        "_e16",
     );
 }
 

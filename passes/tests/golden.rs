@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use vrcs_passes::{Color, Entries, Options, Source, emit, input, rewrite};
 
 /// Functions, types and variables of the prelude.
-const PRELUDE: [&str; 24] = [
+const PRELUDE: [&str; 26] = [
     "struct VrcsParams",
     "const VRCS_",
     "var<uniform> vrcs_params",
@@ -18,6 +18,8 @@ const PRELUDE: [&str; 24] = [
     "var<private> vrcs_tile",
     "var<private> vrcs_copies",
     "fn vrcs_is_inside",
+    "fn vrcs_is_whole",
+    "fn vrcs_holds_throughout",
     "fn vrcs_members",
     "fn vrcs_take",
     "fn vrcs_flip",

@@ -5,6 +5,7 @@
 //! [terms](term) of its address and the [guards](guard) on the way to it. [`depends`] tells what a term depends on and
 //! [`tangent`] how it moves with the ids; [`polynomial`] and [`interval`] tell places apart.
 
+pub mod corner;
 mod dead;
 pub mod depends;
 pub mod env;

@@ -45,5 +45,6 @@ fn vrcs_prefix(group: vec3<u32>, lane: u32) -> bool {
         return false;
     }
     let place = vrcs_place(number, covered, vrcs_params.capacity);
-    return vrcs_take_entry(vrcs_params.entries + place * vrcs_params.stride, group.z);
+    let word = vrcs_params.entries + place * vrcs_params.stride;
+    return vrcs_take_entry(vrcs_coords[word], word, group.z);
 }

@@ -80,15 +80,58 @@ fn vrcs_members_in_domain(block: vec2<u32>, z: u32, mask: u32) -> u32 {
     return members;
 }
 
+// Stands for whether a block whose least and greatest ids these are lies in the shader's domain as a whole: false says nothing.
+// Replaced where the shader has guards on its ids.
+fn vrcs_holds_throughout(near: vec3<u32>, far: vec3<u32>) -> bool {
+    return true;
+}
+
+// Whether all of a block is to be shaded, so that no member of a group in it need be asked.
+fn vrcs_is_whole(near: vec3<u32>, far: vec3<u32>) -> bool {
+    return all(far < vrcs_params.extent) && vrcs_holds_throughout(near, far);
+}
+
 // Takes a group over: `pixel` is its nominal primary, `mask` its members. A group whose primary lies outside the extent or
 // the domain is re-homed to its first member inside. False if no member is left.
 fn vrcs_take(pixel: vec3<u32>, mask: u32) -> bool {
+    let home = (pixel.x & 3u) | ((pixel.y & 3u) << 2u);
+    let near = vec3<u32>(pixel.xy & vec2<u32>(~3u), pixel.z);
+    if ((mask >> home) & 1u) != 0u && vrcs_is_whole(near, near + vec3<u32>(3u, 3u, 0u)) {
+        vrcs_pixel = pixel;
+        vrcs_copies = vrcs_relative(mask, home) & ~1u;
+        return true;
+    }
+    return vrcs_take_inside(pixel, home, mask);
+}
+
+// The same for a group that lies in a quad: bits 0 and 1 of `quad` are its upper row, bits 2 and 3 its lower one.
+fn vrcs_take_quad(pixel: vec3<u32>, quad: u32) -> bool {
+    let near = vec3<u32>(pixel.xy & vec2<u32>(~1u), pixel.z);
+    // the members as the primary sees them: columns, then rows, exchanged
+    var members = (quad & 3u) | ((quad & 12u) << 2u);
+    let block = members << ((pixel.x & 2u) + (pixel.y & 2u) * 4u);
+    if (pixel.x & 1u) != 0u {
+        members = ((members & 0x11u) << 1u) | ((members >> 1u) & 0x11u);
+    }
+    if (pixel.y & 1u) != 0u {
+        members = ((members & 3u) << 4u) | (members >> 4u);
+    }
+    if (members & 1u) != 0u && vrcs_is_whole(near, near + vec3<u32>(1u, 1u, 0u)) {
+        vrcs_pixel = pixel;
+        vrcs_copies = members & ~1u;
+        return true;
+    }
+    return vrcs_take_inside(pixel, (pixel.x & 3u) | ((pixel.y & 3u) << 2u), block);
+}
+
+// The members that are inside of a group that may not be so as a whole; `nominal` is the bit of its nominal primary.
+fn vrcs_take_inside(pixel: vec3<u32>, nominal: u32, mask: u32) -> bool {
     let block = pixel.xy & vec2<u32>(~3u);
     let members = vrcs_members(block, pixel.z, vrcs_members_in_extent(block, mask));
     if members == 0u || pixel.z >= vrcs_params.extent.z {
         return false;
     }
-    var home = (pixel.x & 3u) | ((pixel.y & 3u) << 2u);
+    var home = nominal;
     if ((members >> home) & 1u) == 0u {
         home = firstTrailingBit(members);
     }

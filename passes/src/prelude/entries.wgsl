@@ -15,20 +15,20 @@ fn vrcs_user_bits() -> u32 {
     return (vrcs_coords[first + slot / 8u] >> (slot % 8u * 4u)) & 15u;
 }
 
-// Takes over the entry at a word.
-fn vrcs_take_entry(word: u32, z: u32) -> bool {
-    let first = vrcs_coords[word];
+// Takes over the entry at a word, of which `first` is what stands there.
+fn vrcs_take_entry(first: u32, word: u32, z: u32) -> bool {
     if vrcs_params.stride == 1u {
-        let pixel = vec2<u32>(first & 0x3fffu, (first >> 14u) & 0x3fffu);
-        let quad = ((first >> 28u) & 3u) | ((first >> 30u) << 4u);
-        return vrcs_take(vec3<u32>(pixel, z), quad << ((pixel.x & 2u) + (pixel.y & 2u) * 4u));
+        return vrcs_take_quad(vec3<u32>(first & 0x3fffu, (first >> 14u) & 0x3fffu, z), first >> 28u);
     }
     return vrcs_take_listed(first, vrcs_coords[word + 1u], z);
 }
 
 // The place of entry `number`, where those of sky lie at the end, the last one first.
 fn vrcs_place(number: u32, covered: u32, capacity: u32) -> u32 {
-    return select(capacity - 1u - (number - covered), number, number < covered);
+    if VRCS_SHADES_SKY {
+        return select(capacity - 1u - (number - covered), number, number < covered);
+    }
+    return number;
 }
 
 // With shading rates off: every pixel of a tile.

@@ -10,15 +10,21 @@ fn vrcs_prefix(group: vec3<u32>, lane: u32) -> bool {
     }
     let covered = vrcs_coords[0];
     var count = covered;
-    var row = vrcs_coords[2];
+    var index = group.x;
+    // only below the first row of workgroups does the entry's place wait for what stands in the buffer
+    if group.y != 0u {
+        index += group.y * vrcs_coords[select(2u, 3u, VRCS_SHADES_SKY)];
+    }
     if VRCS_SHADES_SKY {
         count += vrcs_coords[1];
-        row = vrcs_coords[3];
     }
-    let number = (group.y * row + group.x) * (VRCS_TILE_WIDTH * VRCS_TILE_HEIGHT) + lane;
+    let number = index * (VRCS_TILE_WIDTH * VRCS_TILE_HEIGHT) + lane;
+    let place = vrcs_place(number, covered, vrcs_params.capacity);
+    let word = vrcs_params.entries + place * vrcs_params.stride;
+    // read before it is known whether it counts, so that both are waited for at once
+    let first = vrcs_coords[word];
     if number >= count {
         return false;
     }
-    let place = vrcs_place(number, covered, vrcs_params.capacity);
-    return vrcs_take_entry(vrcs_params.entries + place * vrcs_params.stride, group.z);
+    return vrcs_take_entry(first, word, group.z);
 }

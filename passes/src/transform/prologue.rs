@@ -19,8 +19,8 @@
 use std::sync::Arc;
 
 use naga::{
-    Binding, BuiltIn, Expression, Function, FunctionArgument, GlobalVariable, Handle, Module,
-    Scalar, Span, TypeInner,
+    BinaryOperator, Binding, BuiltIn, Expression, Function, FunctionArgument, GlobalVariable,
+    Handle, Module, Scalar, Span, TypeInner, UnaryOperator,
 };
 
 use super::{
@@ -29,6 +29,7 @@ use super::{
 };
 use crate::{
     analysis::{
+        corner::{self, Asked, Corner},
         guard::{self, Formula},
         term::{TermId, Terms},
     },
@@ -106,6 +107,8 @@ pub(super) fn import_domain(
         imports.hook("vrcs_in_domain", function);
         let members = imports.function(&prelude, module, "vrcs_members_in_domain");
         imports.hook("vrcs_members", members);
+        let throughout = throughout_function(module, terms, group_size, entry, domain, params);
+        imports.hook("vrcs_holds_throughout", throughout);
     }
     (prelude, params)
 }
@@ -135,6 +138,94 @@ fn domain_function(
     code.push(naga::Statement::Return { value: Some(value) });
     function.body = code.finish();
     module.functions.append(function, Span::UNDEFINED)
+}
+
+/// Whether a block lies in the shader's domain as a whole, as a function of its least and greatest ids: false where that is not known.
+fn throughout_function(
+    module: &mut Module,
+    terms: &Terms,
+    group_size: [TermId; 3],
+    entry: usize,
+    domain: &[Formula],
+    params: Handle<GlobalVariable>,
+) -> Handle<Function> {
+    let pixel = build::numeric(&mut module.types, build::vector_size(3), Scalar::U32);
+    let boolean = build::numeric(&mut module.types, None, Scalar::BOOL);
+    let (mut function, arguments) = build::function(
+        "vrcs_in_domain_throughout",
+        &[("near", pixel), ("far", pixel)],
+        Some(boolean),
+    );
+    let mut code = Code::new(&mut module.types, &mut function, Span::UNDEFINED);
+    let at = |pixel| {
+        let ids = Ids {
+            pixel,
+            group_size,
+            params,
+            width: terms.width,
+        };
+        Recompute::new(terms, entry, ids, [])
+    };
+    let mut corners = Corners {
+        near: at(arguments[0]),
+        far: at(arguments[1]),
+    };
+    let value = match corner::of_all(domain, terms) {
+        Some(asked) => corners.emit(&mut code, &asked),
+        None => code.bool(false),
+    };
+    code.push(naga::Statement::Return { value: Some(value) });
+    function.body = code.finish();
+    module.functions.append(function, Span::UNDEFINED)
+}
+
+/// What is computed for the corners of a block.
+struct Corners<'t, 'm> {
+    near: Recompute<'t, 'm>,
+    far: Recompute<'t, 'm>,
+}
+
+impl Corners<'_, '_> {
+    fn emit(&mut self, code: &mut Code, asked: &Asked) -> Handle<Expression> {
+        match asked {
+            Asked::At(corner, condition, holds) => {
+                let at = match corner {
+                    Corner::Near => &mut self.near,
+                    Corner::Far => &mut self.far,
+                };
+                let value = at.emit(code, *condition);
+                match holds {
+                    true => value,
+                    false => code.add(Expression::Unary {
+                        op: UnaryOperator::LogicalNot,
+                        expr: value,
+                    }),
+                }
+            }
+            Asked::All(parts) => self.joined(code, parts, BinaryOperator::LogicalAnd, true),
+            Asked::Any(parts) => self.joined(code, parts, BinaryOperator::LogicalOr, false),
+        }
+    }
+
+    /// `none` is what no parts at all come to.
+    fn joined(
+        &mut self,
+        code: &mut Code,
+        parts: &[Asked],
+        op: BinaryOperator,
+        none: bool,
+    ) -> Handle<Expression> {
+        let mut parts = parts.iter();
+        let Some(first) = parts.next() else {
+            return code.bool(none);
+        };
+        let mut value = self.emit(code, first);
+        for part in parts {
+            let part = self.emit(code, part);
+            value = code.binary(op, value, part);
+        }
+        value
+    }
 }
 
 /// What runs for every pixel before the rest finds its own.

@@ -27,6 +27,11 @@ fn vrcs_in_domain(pixel: vec3<u32>) -> bool {
     return (!((pixel.x >= _e4.x)) && !((pixel.y >= _e4.y)));
 }
 
+fn vrcs_in_domain_throughout(near: vec3<u32>, far: vec3<u32>) -> bool {
+    let _e5 = frame.size;
+    return (!((far.x >= _e5.x)) && !((far.y >= _e5.y)));
+}
+
 fn vrcs_copy_picture(at: vec2<u32>, value: vec4<f32>) {
     let _e4 = vrcs_copies;
     if (_e4 != 0u) {
@@ -47,16 +52,16 @@ fn vrcs_copy_picture(at: vec2<u32>, value: vec4<f32>) {
 }
 
 fn main_inner(id: vec3<u32>) {
-    var local_1: bool;
+    var local_3: bool;
 
     let _e5 = frame.size.x;
     if !((id.x >= _e5)) {
         let _e14 = frame.size.y;
-        local_1 = (id.y >= _e14);
+        local_3 = (id.y >= _e14);
     } else {
-        local_1 = true;
+        local_3 = true;
     }
-    let _e17 = local_1;
+    let _e17 = local_3;
     if _e17 {
         return;
     }

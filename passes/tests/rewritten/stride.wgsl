@@ -28,6 +28,12 @@ fn vrcs_in_domain(pixel: vec3<u32>) -> bool {
     return ((pixel.x < _e4) && (pixel.y < _e9));
 }
 
+fn vrcs_in_domain_throughout(near: vec3<u32>, far: vec3<u32>) -> bool {
+    let _e5 = frame.width;
+    let _e10 = frame.height;
+    return ((far.x < _e5) && (far.y < _e10));
+}
+
 fn vrcs_copy_texels(captured_a: u32, index_a: u32, value: f32) {
     let _e5 = i32(captured_a);
     let _e8 = vrcs_copies;
@@ -49,16 +55,16 @@ fn vrcs_copy_texels(captured_a: u32, index_a: u32, value: f32) {
 }
 
 fn main_inner(id: vec3<u32>) {
-    var local_1: bool;
+    var local_3: bool;
 
     let _e4 = frame.width;
     if (id.x < _e4) {
         let _e11 = frame.height;
-        local_1 = (id.y < _e11);
+        local_3 = (id.y < _e11);
     } else {
-        local_1 = false;
+        local_3 = false;
     }
-    let _e14 = local_1;
+    let _e14 = local_3;
     if _e14 {
         let _e19 = frame.width;
         let _e22 = ((id.y * _e19) + id.x);

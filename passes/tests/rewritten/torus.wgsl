@@ -38,6 +38,11 @@ fn vrcs_in_domain(pixel: vec3<u32>) -> bool {
     return (!((i32(pixel.x) >= _e5.x)) && !((i32(pixel.y) >= _e5.y)));
 }
 
+fn vrcs_in_domain_throughout(near: vec3<u32>, far: vec3<u32>) -> bool {
+    let _e6 = window.size;
+    return (!((i32(far.x) >= _e6.x)) && !((i32(far.y) >= _e6.y)));
+}
+
 fn vrcs_copy_picture(at: vec2<i32>, value: vec4<f32>) {
     let _e4 = vrcs_copies;
     if (_e4 != 0u) {
@@ -57,12 +62,12 @@ fn vrcs_copy_picture(at: vec2<i32>, value: vec4<f32>) {
     return;
 }
 
-fn vrcs_guard_cells(pixel_4: vec3<u32>, captured_a: i32, captured_b: i32, captured_c: vec2<i32>, captured_d: vec2<i32>) -> bool {
-    return (i32(pixel_4.x) < captured_a);
+fn vrcs_guard_cells(pixel_5: vec3<u32>, captured_a: i32, captured_b: i32, captured_c: vec2<i32>, captured_d: vec2<i32>) -> bool {
+    return (i32(pixel_5.x) < captured_a);
 }
 
-fn vrcs_address_cells(pixel_5: vec3<u32>, captured_a_1: i32, captured_b_1: i32, captured_c_1: vec2<i32>, captured_d_1: vec2<i32>) -> i32 {
-    return (((captured_b_1 + ((i32(pixel_5.x) + captured_c_1.x) % captured_b_1)) % captured_b_1) + (captured_b_1 * ((captured_d_1.y + ((i32(pixel_5.y) + captured_c_1.y) % captured_d_1.y)) % captured_d_1.y)));
+fn vrcs_address_cells(pixel_6: vec3<u32>, captured_a_1: i32, captured_b_1: i32, captured_c_1: vec2<i32>, captured_d_1: vec2<i32>) -> i32 {
+    return (((captured_b_1 + ((i32(pixel_6.x) + captured_c_1.x) % captured_b_1)) % captured_b_1) + (captured_b_1 * ((captured_d_1.y + ((i32(pixel_6.y) + captured_c_1.y) % captured_d_1.y)) % captured_d_1.y)));
 }
 
 fn vrcs_copy_cells(captured_a_2: i32, captured_b_2: i32, captured_c_2: vec2<i32>, captured_d_2: vec2<i32>, value_1: f32) {

@@ -80,23 +80,28 @@ fn vrcs_flip(rate: vec2<u32>, corner: vec2<u32>, phase: u32) -> u32 {
     return (odd * (((1u << rate.x) - 1u) | (((1u << rate.y) - 1u) << 2u)));
 }
 
-fn vrcs_members_in_extent(block: vec2<u32>, mask: u32) -> u32 {
+fn vrcs_holds_throughout(near: vec3<u32>, far: vec3<u32>) -> bool {
+    return true;
+}
+
+fn vrcs_is_whole(near_1: vec3<u32>, far_1: vec3<u32>) -> bool {
+    var local: bool;
+
     let _e4 = vrcs_params.extent;
-    let _e8 = vrcs_params.extent;
-    let room = min((_e4.xy - min(block, _e8.xy)), vec2(4u));
-    let columns = (((1u << room.x) - 1u) * 4369u);
-    let rows = ((1u << (room.y * 4u)) - 1u);
-    return ((mask & columns) & rows);
+    if all((far_1 < _e4)) {
+        let _e9 = vrcs_holds_throughout(near_1, far_1);
+        local = _e9;
+    } else {
+        local = false;
+    }
+    let _e11 = local;
+    return _e11;
 }
 
-fn vrcs_members(block_1: vec2<u32>, z: u32, mask_1: u32) -> u32 {
-    return mask_1;
-}
-
-fn vrcs_relative(mask_2: u32, home: u32) -> u32 {
+fn vrcs_relative(mask: u32, home: u32) -> u32 {
     var relative: u32;
 
-    relative = mask_2;
+    relative = mask;
     if ((home & 1u) != 0u) {
         let _e7 = relative;
         let _e12 = relative;
@@ -121,35 +126,70 @@ fn vrcs_relative(mask_2: u32, home: u32) -> u32 {
     return _e63;
 }
 
-fn vrcs_take(pixel_1: vec3<u32>, mask_3: u32) -> bool {
-    var local: bool;
+fn vrcs_members_in_extent(block: vec2<u32>, mask_1: u32) -> u32 {
+    let _e4 = vrcs_params.extent;
+    let _e8 = vrcs_params.extent;
+    let room = min((_e4.xy - min(block, _e8.xy)), vec2(4u));
+    let columns = (((1u << room.x) - 1u) * 4369u);
+    let rows = ((1u << (room.y * 4u)) - 1u);
+    return ((mask_1 & columns) & rows);
+}
+
+fn vrcs_members(block_1: vec2<u32>, z: u32, mask_2: u32) -> u32 {
+    return mask_2;
+}
+
+fn vrcs_take_inside(pixel_1: vec3<u32>, nominal: u32, mask_3: u32) -> bool {
+    var local_1: bool;
     var home_1: u32;
 
     let block_2 = (pixel_1.xy & vec2(4294967292u));
-    let _e7 = vrcs_members_in_extent(block_2, mask_3);
-    let _e8 = vrcs_members(block_2, pixel_1.z, _e7);
-    if !((_e8 == 0u)) {
-        let _e18 = vrcs_params.extent.z;
-        local = (pixel_1.z >= _e18);
+    let _e8 = vrcs_members_in_extent(block_2, mask_3);
+    let _e9 = vrcs_members(block_2, pixel_1.z, _e8);
+    if !((_e9 == 0u)) {
+        let _e19 = vrcs_params.extent.z;
+        local_1 = (pixel_1.z >= _e19);
     } else {
-        local = true;
+        local_1 = true;
     }
-    let _e21 = local;
-    if _e21 {
+    let _e22 = local_1;
+    if _e22 {
         return false;
     }
-    home_1 = ((pixel_1.x & 3u) | ((pixel_1.y & 3u) << 2u));
-    let _e33 = home_1;
-    if (((_e8 >> _e33) & 1u) == 0u) {
-        home_1 = firstTrailingBit(_e8);
+    home_1 = nominal;
+    let _e25 = home_1;
+    if (((_e9 >> _e25) & 1u) == 0u) {
+        home_1 = firstTrailingBit(_e9);
     }
-    let _e41 = home_1;
+    let _e33 = home_1;
+    let _e36 = home_1;
+    vrcs_pixel = vec3<u32>((block_2 + vec2<u32>((_e33 & 3u), (_e36 >> 2u))), pixel_1.z);
     let _e44 = home_1;
-    vrcs_pixel = vec3<u32>((block_2 + vec2<u32>((_e41 & 3u), (_e44 >> 2u))), pixel_1.z);
-    let _e52 = home_1;
-    let _e53 = vrcs_relative(_e8, _e52);
-    vrcs_copies = (_e53 & 4294967294u);
+    let _e45 = vrcs_relative(_e9, _e44);
+    vrcs_copies = (_e45 & 4294967294u);
     return true;
+}
+
+fn vrcs_take(pixel_2: vec3<u32>, mask_4: u32) -> bool {
+    var local_2: bool;
+
+    let home_2 = ((pixel_2.x & 3u) | ((pixel_2.y & 3u) << 2u));
+    let near_2 = vec3<u32>((pixel_2.xy & vec2(4294967292u)), pixel_2.z);
+    if (((mask_4 >> home_2) & 1u) != 0u) {
+        let _e29 = vrcs_is_whole(near_2, (near_2 + vec3<u32>(3u, 3u, 0u)));
+        local_2 = _e29;
+    } else {
+        local_2 = false;
+    }
+    let _e31 = local_2;
+    if _e31 {
+        vrcs_pixel = pixel_2;
+        let _e34 = vrcs_relative(mask_4, home_2);
+        vrcs_copies = (_e34 & 4294967294u);
+        return true;
+    }
+    let _e38 = vrcs_take_inside(pixel_2, home_2, mask_4);
+    return _e38;
 }
 
 fn vrcs_take_block(origin: vec2<u32>, z_1: u32, width: u32, number: u32, code: u32, phase_1: u32) -> bool {
@@ -170,18 +210,18 @@ fn vrcs_take_tiled(origin_1: vec2<u32>, z_2: u32, entry: u32) -> bool {
     return _e14;
 }
 
-fn vrcs_tile_prefix(tile_2: vec3<u32>, pixel_2: vec3<u32>, lane_1: u32, size: vec2<u32>) -> bool {
-    vrcs_pixel = pixel_2;
+fn vrcs_tile_prefix(tile_2: vec3<u32>, pixel_3: vec3<u32>, lane_1: u32, size: vec2<u32>) -> bool {
+    vrcs_pixel = pixel_3;
     vrcs_copies = 0u;
     let _e9 = vrcs_params.flags;
     if ((_e9 & VRCS_ENABLED) == 0u) {
-        let _e14 = vrcs_is_inside(pixel_2);
+        let _e14 = vrcs_is_inside(pixel_3);
         return _e14;
     }
     let _e15 = vrcs_header(tile_2);
     let _e16 = vrcs_is_identity(_e15);
     if _e16 {
-        let _e17 = vrcs_is_inside(pixel_2);
+        let _e17 = vrcs_is_inside(pixel_3);
         return _e17;
     }
     let _e18 = vrcs_primaries(_e15);
