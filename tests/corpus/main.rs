@@ -6,6 +6,7 @@
 //! driver, picked by the seed (all of them if there are no more); a few otherwise. `VRCS_CORPUS_ONLY=sky_view` picks from those whose
 //! crate, file or entry point is named so.
 
+mod axes;
 mod child;
 #[path = "../common/mod.rs"]
 mod common;
@@ -48,7 +49,7 @@ fn rows() -> Option<Vec<(Row, Option<Shader>)>> {
             for (index, entry) in compute {
                 let became = table::rewritten(&shader, &entry.name);
                 let mut row = Row::new(package, &file.path, &entry.name, became);
-                row.counts = screen::counts(&shader.module, index, &row.became);
+                row.counts = screen::counts(&shader.module, &shader.info, index);
                 row.lacking = screen::lacking(&shader.module, &shader.info, index);
                 rows.push((row, Some(shader.clone())));
             }
