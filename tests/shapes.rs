@@ -6,7 +6,7 @@ mod common;
 use vrcs::check::{Job, Law, Verdict};
 use vrcs_passes::{
     Code, Options, Source,
-    options::{Atomics, Linear, MaxRate, Policy},
+    options::{Atomics, Linear, MaxRate, Mode, Policy},
 };
 
 /// One of the shapes.
@@ -115,9 +115,76 @@ fn what_only_full_allows_is_refused_without_it() {
         for name in ["normals", "bright", "note", "history"] {
             options.targets.insert(name.to_owned(), Policy::Full);
         }
-        options.targets.remove(left_out);
+        options.targets.insert(left_out.to_owned(), Policy::Copy);
         let refusal = vrcs_passes::rewrite(&module, &info, "main", &options).expect_err(left_out);
         assert!(refusal.findings.iter().any(|f| f.code == code), "{refusal}");
+    }
+}
+
+/// What duplicates would lose is stored for every pixel, where nothing was said of it: tiles visit them all, and are what is chosen.
+#[test]
+fn what_copies_cannot_serve_is_stored_for_every_pixel() {
+    for mode in [Mode::Tiled, Mode::Auto] {
+        hold("unasked", |job| job.options.mode = mode);
+    }
+    let (module, info) = common::parse(&shape("unasked"));
+    let with = |mode, named: &[(&str, Policy)]| {
+        let named = named.iter();
+        let options = Options {
+            mode,
+            targets: named
+                .map(|&(name, policy)| (name.to_owned(), policy))
+                .collect(),
+            ..Options::default()
+        };
+        vrcs_passes::rewrite(&module, &info, "main", &options)
+    };
+    let rewritten = with(Mode::Auto, &[]).expect("a rewrite");
+    let [entry] = rewritten.manifest.entries.as_slice() else {
+        panic!("{:?}", rewritten.manifest);
+    };
+    assert_eq!(entry.mode, Mode::Tiled);
+    let policies: Vec<_> = entry
+        .targets
+        .iter()
+        .map(|t| (t.name.as_str(), t.policy))
+        .collect();
+    let full = ["coarse", "sound", "frames", "marks"].map(|name| (name, Policy::Full));
+    assert_eq!(
+        policies,
+        [[("color", Policy::Copy)].as_slice(), &full].concat()
+    );
+    for (name, _) in full {
+        let told = |(_, w): &(String, vrcs_passes::Finding)| {
+            w.code == Code::StoredForEveryPixel && w.message.contains(&format!("`{name}`"))
+        };
+        assert!(
+            rewritten.warnings.iter().any(told),
+            "{:?}",
+            rewritten.warnings
+        );
+        // the author's word stands
+        let refusal = with(Mode::Tiled, &[(name, Policy::Copy)]).expect_err(name);
+        assert!(
+            refusal.to_string().contains(&format!("`{name}`")),
+            "{refusal}"
+        );
+    }
+    let asked = full.map(|(name, policy)| (name, policy));
+    let asked = with(Mode::Tiled, &asked).expect("a rewrite");
+    assert!(
+        asked
+            .warnings
+            .iter()
+            .all(|(_, w)| w.code != Code::StoredForEveryPixel)
+    );
+    // a list does not visit every pixel
+    for mode in [Mode::List, Mode::Classified] {
+        let refusal = with(mode, &[]).expect_err("a refusal");
+        assert!(
+            refusal.findings.iter().all(|f| f.stored.is_some()),
+            "{refusal}"
+        );
     }
 }
 

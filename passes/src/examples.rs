@@ -56,6 +56,7 @@ pub fn of(code: Code) -> Option<Example> {
         104 => include_str!("codes/104.wgsl"),
         105 => include_str!("codes/105.wgsl"),
         106 => include_str!("codes/106.wgsl"),
+        107 => include_str!("codes/107.wgsl"),
         _ => return None,
     };
     let set = |line: &str| line.strip_prefix("// options: ").map(options);

@@ -7,7 +7,7 @@ use codespan_reporting::{
     diagnostic::{Diagnostic, Label as CodespanLabel, Severity as CodespanSeverity},
     term::{self, termcolor},
 };
-use naga::Span;
+use naga::{GlobalVariable, Handle, Span};
 use serde::Serialize;
 
 use crate::source::Source;
@@ -130,6 +130,10 @@ codes! {
     /// rows, or workgroups are dealt out over the picture by their numbers. Rates are of the grid, so that a block that shares one is no
     /// block of the picture.
     Scattered = 106, Warning;
+    /// Copies cannot serve a target: a store to it runs only for some ids, goes to one place for several pixels, or to a place that cannot
+    /// be computed again. Nothing was said of it, and its stores can be separated from the rest, so it has the policy `full`: every pixel of
+    /// the logical extent stores there what the original does, and what those stores need is not saved.
+    StoredForEveryPixel = 107, Warning;
 }
 
 impl fmt::Display for Code {
@@ -190,6 +194,8 @@ pub struct Finding {
     pub labels: Vec<Label>,
     /// What the author can do.
     pub help: Option<String>,
+    /// The resource whose plain stores alone it is about: were every pixel to store there [for itself](crate::full), it would not be given.
+    pub stored: Option<Handle<GlobalVariable>>,
 }
 
 impl Finding {
@@ -200,6 +206,7 @@ impl Finding {
             message: message.into(),
             labels: Vec::new(),
             help: None,
+            stored: None,
         }
     }
 
@@ -220,6 +227,12 @@ impl Finding {
             true => self,
             false => self.at(span, text),
         }
+    }
+
+    /// Says which resource's plain stores it is about.
+    pub(crate) fn about(mut self, stored: Option<Handle<GlobalVariable>>) -> Finding {
+        self.stored = stored;
+        self
     }
 
     /// Says what the author can do.

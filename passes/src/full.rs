@@ -24,6 +24,7 @@
 //! targets are all `full`.
 
 mod prune;
+pub mod unasked;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -60,26 +61,25 @@ pub struct Full {
     pub targets: Vec<Handle<GlobalVariable>>,
 }
 
-/// Takes entry points apart; `None` if none of their targets is `full`.
+/// Takes entry points apart, each by options of its own; `None` if none of their targets is `full`.
 ///
 /// # Errors
 /// If the halves cannot be separated, or the mode does not visit every pixel.
-pub fn split(
-    module: &Module,
-    entries: &[usize],
-    options: &Options,
-) -> Result<Option<Split>, Refusal> {
-    let is_full = |global: Handle<GlobalVariable>| {
-        let name = module.global_variables[global].name.as_deref();
-        options.policy(name.unwrap_or_default()) == Policy::Full
-    };
+pub fn split(module: &Module, entries: &[(usize, &Options)]) -> Result<Option<Split>, Refusal> {
     // where every invocation runs, every target is full
-    if options.mode == Mode::Graded || !options.targets.values().any(|&p| p == Policy::Full) {
+    let asks = |options: &Options| {
+        options.mode != Mode::Graded && options.targets.values().any(|&p| p == Policy::Full)
+    };
+    if !entries.iter().any(|(_, options)| asks(options)) {
         return Ok(None);
     }
     let mut whole = module.clone();
     let mut full = BTreeMap::new();
-    for &entry in entries {
+    for &(entry, options) in entries.iter().filter(|(_, options)| asks(options)) {
+        let is_full = |global: Handle<GlobalVariable>| {
+            let name = module.global_variables[global].name.as_deref();
+            options.policy(name.unwrap_or_default()) == Policy::Full
+        };
         let facts = Facts::new(module, entry);
         let written = facts.written();
         let targets: Vec<_> = written.iter().copied().filter(|&g| is_full(g)).collect();
@@ -374,13 +374,14 @@ impl<'h> Half<'h> {
             }
             if let Statement::Call {
                 function: ref mut callee,
-                ref arguments,
+                ref mut arguments,
                 result,
             } = statement
             {
                 let roots = arguments.iter().map(|&argument| root(argument)).collect();
                 if let Some(&made) = callees.get(&(*callee, roots)) {
                     *callee = made;
+                    give_nothing_unasked(module, made, arguments, expressions);
                     if let Some(result) = result {
                         expressions[result] = Expression::CallResult(made);
                     }
@@ -478,6 +479,24 @@ impl<'h> Half<'h> {
             }
         }
         Ok(())
+    }
+}
+
+/// Replaces values that a helper takes and does not need any more, so that nobody computes them.
+fn give_nothing_unasked(
+    module: &Module,
+    helper: Handle<Function>,
+    arguments: &mut [Handle<Expression>],
+    expressions: &mut naga::Arena<Expression>,
+) {
+    let helper = &module.functions[helper];
+    for (index, argument) in arguments.iter_mut().enumerate() {
+        let ty = helper.arguments[index].ty;
+        let is_it = |e: &Expression| *e == Expression::FunctionArgument(index as u32);
+        let is_asked = helper.expressions.iter().any(|(_, e)| is_it(e));
+        if !is_asked && module.types[ty].inner.is_constructible(&module.types) {
+            *argument = expressions.append(Expression::ZeroValue(ty), Span::UNDEFINED);
+        }
     }
 }
 

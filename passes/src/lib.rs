@@ -175,11 +175,21 @@ fn rewrite_here(
             ),
             false => auto::mode(module, info, entries),
         };
-        let options = Options {
+        let with = |mode| Options {
             mode,
             ..options.clone()
         };
-        let mut rewritten = rewrite_here(module, info, entries, &options, look)?;
+        let (mut rewritten, reason) = match rewrite_here(module, info, entries, &with(mode), look) {
+            Ok(rewritten) => (rewritten, reason),
+            Err(refusal)
+                if mode != Mode::Tiled && full::unasked::may_answer(&refusal.findings, mode) =>
+            {
+                let tiled = rewrite_here(module, info, entries, &with(Mode::Tiled), look);
+                let why = "a target is stored for every pixel, and only tiles visit them all";
+                (tiled?, why)
+            }
+            Err(refusal) => return Err(refusal),
+        };
         for entry in &mut rewritten.manifest.entries {
             entry.mode_reason = Some(reason.to_owned());
         }
@@ -212,34 +222,89 @@ fn rewrite_here(
     if options.mode == Mode::Graded {
         return graded::rewrite(module, info, &chosen, options);
     }
-    let is_only = chosen.len() == 1;
     let inlined = inline::barriers(module, &chosen);
     let (module, info) = match &inlined {
         Some(inlined) => (&inlined.module, &inlined.info),
         None => (module, info),
     };
-    let split = full::split(module, &chosen, options)?;
-    let mut rewriter = Rewriter::new((module, info), split.as_ref(), &chosen, options)?;
-    let mut refusals = Vec::new();
+    let mut taken = BTreeMap::new();
+    match rewrite_all(module, info, &chosen, options, &taken, look)? {
+        Outcome::Rewritten(rewritten) => return Ok(*rewritten),
+        Outcome::Refused(refused) => {
+            let mut refusals = Vec::new();
+            for (index, findings) in refused {
+                match full::unasked::take(module, index, options, &findings) {
+                    Ok(Some(policies)) => {
+                        taken.insert(index, policies);
+                    }
+                    Ok(None) => refusals.extend(findings),
+                    Err(findings) => refusals.extend(findings),
+                }
+            }
+            if !refusals.is_empty() {
+                return Err(Refusal { findings: refusals });
+            }
+        }
+    }
+    match rewrite_all(module, info, &chosen, options, &taken, look)? {
+        Outcome::Rewritten(rewritten) => Ok(*rewritten),
+        Outcome::Refused(refused) => Err(Refusal {
+            findings: refused
+                .into_iter()
+                .flat_map(|(_, findings)| findings)
+                .collect(),
+        }),
+    }
+}
+
+/// What becomes of entry points.
+enum Outcome {
+    Rewritten(Box<Rewritten>),
+    /// Those that stand in the way, and why.
+    Refused(Vec<(usize, Vec<Finding>)>),
+}
+
+/// Rewrites entry points, some with policies that were [taken](full::unasked) for them.
+fn rewrite_all(
+    module: &Module,
+    info: &ModuleInfo,
+    chosen: &[usize],
+    options: &Options,
+    taken: &BTreeMap<usize, full::unasked::Taken>,
+    look: &mut Look,
+) -> Result<Outcome, Refusal> {
+    let options_of = |index: &usize| taken.get(index).map_or(options, |taken| &taken.options);
+    let each: Vec<_> = chosen
+        .iter()
+        .map(|index| (*index, options_of(index)))
+        .collect();
+    let split = full::split(module, &each)?;
+    let mut rewriter = Rewriter::new((module, info), split.as_ref(), chosen, options)?;
+    let mut refused = Vec::new();
     let mut left_alone = Vec::new();
-    for index in chosen {
-        let Err(findings) = rewriter.entry(index, look) else {
+    for (index, options) in each {
+        rewriter.options = options;
+        let told = taken.get(&index).map_or(&[][..], |taken| &taken.warnings);
+        let Err(findings) = rewriter.entry(index, told, look) else {
             continue;
         };
         match findings.as_slice() {
-            [only] if only.code == Code::NothingPerPixel && !is_only => {
+            [only] if only.code == Code::NothingPerPixel && chosen.len() > 1 => {
                 left_alone.push((module.entry_points[index].name.clone(), only.clone()));
             }
-            _ => refusals.extend(findings),
+            _ => refused.push((index, findings)),
         }
     }
-    if refusals.is_empty() && rewriter.rewritten.is_empty() {
-        refusals.extend(left_alone.iter().map(|(_, finding)| finding.clone()));
+    rewriter.options = options;
+    if refused.is_empty() && rewriter.rewritten.is_empty() {
+        return Err(Refusal {
+            findings: left_alone.into_iter().map(|(_, finding)| finding).collect(),
+        });
     }
-    if !refusals.is_empty() {
-        return Err(Refusal { findings: refusals });
+    match refused.is_empty() {
+        true => Ok(Outcome::Rewritten(Box::new(rewriter.finish(left_alone)?))),
+        false => Ok(Outcome::Refused(refused)),
     }
-    rewriter.finish(left_alone)
 }
 
 /// Whether there is room for linear depth in the entries, and it is the pixel's at hand wherever it is asked for.
@@ -426,7 +491,13 @@ impl<'r> Rewriter<'r> {
         })
     }
 
-    fn entry(&mut self, index: usize, look: &mut Look) -> Result<(), Vec<Finding>> {
+    /// Rewrites an entry point, `told` being what is to be said of it besides.
+    fn entry(
+        &mut self,
+        index: usize,
+        told: &[Finding],
+        look: &mut Look,
+    ) -> Result<(), Vec<Finding>> {
         let name = &self.original.entry_points[index].name;
         if is_rewritten(self.original, self.info, index) {
             let finding = Finding::new(
@@ -445,6 +516,7 @@ impl<'r> Rewriter<'r> {
                 _ => findings,
             },
         )?;
+        plan.warnings.splice(0..0, told.iter().cloned());
         look(self.original, &plan);
         let beyond =
             transform::bindings::check_limits(self.author.0, self.author.1, index, self.options)

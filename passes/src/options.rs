@@ -210,7 +210,8 @@ pub struct Options {
     /// take any.
     #[serde(default = "default_workgroup_memory")]
     pub max_workgroup_memory: u32,
-    /// What becomes of each target's stores? Targets that are not named are copied.
+    /// What becomes of each target's stores? Targets that are not named are copied, or have [every pixel store](crate::full::unasked) where
+    /// copies cannot serve them.
     #[serde(default)]
     pub targets: BTreeMap<String, Policy>,
     /// What becomes of atomics?

@@ -141,6 +141,13 @@ impl Session<'_> {
         })
     }
 
+    /// What becomes of a target's stores: what the rewriter took where nothing was said.
+    fn policy(&self, name: &str) -> Policy {
+        let targets = &self.rewritten.manifest.entries[0].targets;
+        let target = targets.iter().find(|target| target.name == name);
+        target.map_or_else(|| self.job.options.policy(name), |target| target.policy)
+    }
+
     fn maker(&self) -> Maker<'_> {
         Maker::new(
             self.gpu,
@@ -334,7 +341,7 @@ impl Session<'_> {
             .collect();
         let policies: Vec<Policy> = written
             .iter()
-            .map(|made| self.job.options.policy(&made.resource.name))
+            .map(|made| self.policy(&made.resource.name))
             .collect();
         // what every pixel does for itself says nothing of who shades for whom
         let follows = |site: u32| policies[output_of_site[site as usize]] != Policy::Full;

@@ -105,7 +105,7 @@ pub(super) struct How {
     /// What becomes of a target's stores: copy, leader, full or refuse.
     ///
     /// `copy` for the duplicates, `leader` for the primary alone, `full` for every pixel what the original stores, `refuse`. Targets
-    /// that are not named are copied.
+    /// that are not named are copied, or `full` where copies cannot serve them (VRCS107).
     #[arg(long = "target", value_name = "NAME=POLICY", value_parser = parse_target)]
     targets: Vec<(String, Policy)>,
     /// What becomes of unread atomics: refuse or weight.

@@ -83,37 +83,13 @@ pub const VERDICTS: &[(&str, &str, &[&str], &str)] = &[
         "blade-render",
         "fill-gbuf.wgsl",
         &["*"],
-        "right: the pixel under the mouse notes what it hit, and lines for debugging are appended by an atomic whose result is used",
+        "right by default: the pixel under the mouse notes what it hit, and lines for debugging are appended by an atomic whose result is used; the policy `full` for `debug_buf` would do",
     ),
     (
         "kiss3d",
         "rt_kernel.wgsl",
         &["*"],
         "right by default: it uses all the storage buffers that WebGPU promises; with `--max-storage-buffers 9` it is rewritten",
-    ),
-    (
-        "cuneus",
-        "blockgame.wgsl",
-        &["*"],
-        "right by default: the first invocations write sound; the policy `full` for `audio_buffer` would do",
-    ),
-    (
-        "cuneus",
-        "bugberman.wgsl",
-        &["*"],
-        "right by default: the first invocations write sound; the policy `full` for `au` would do",
-    ),
-    (
-        "cuneus",
-        "veridisquo.wgsl",
-        &["*"],
-        "right by default: the first invocations write sound; the policy `full` for `audio_buffer` would do",
-    ),
-    (
-        "cuneus",
-        "debugscreen.wgsl",
-        &["*"],
-        "right by default: one invocation writes sound; the policy `full` for `audio_buffer` would do",
     ),
     (
         "cuneus",
@@ -185,7 +161,7 @@ pub const VERDICTS: &[(&str, &str, &[&str], &str)] = &[
         "bevy_elements",
         "clouds/shadow.wesl",
         &["*"],
-        "right by default: one in sixteen writes a coarse map, too; the policy `full` for `coarse` would do",
+        "right by default: one in sixteen writes a coarse map, too, of what all have computed; the policy `full` for `coarse` would do, and save nothing",
     ),
     (
         "bevy_elements",

@@ -1,4 +1,4 @@
-//! Shapes that must be refused, planted at the end of a shader that is fine otherwise.
+//! Shapes that copies cannot serve, planted at the end of a shader that is fine otherwise: refused, or stored for every pixel.
 
 use vrcs_passes::Code;
 
@@ -80,6 +80,10 @@ pub fn plant(g: &mut Generator) -> Expect {
     match shape {
         // whether two of them come to it may be for uniforms to say
         "several pixels have one place" => Expect::Either(code),
+        // where nothing is said of the target, every pixel may store there for itself
+        "a lone invocation's store"
+        | "a quarter of the pixels store"
+        | "an address from written memory" => Expect::Either(code),
         _ => Expect::Refused(code),
     }
 }

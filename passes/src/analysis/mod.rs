@@ -207,6 +207,13 @@ pub struct Access {
     pub span: Span,
 }
 
+impl Access {
+    /// The resource, if it is a store and no atomic.
+    pub fn plain(&self) -> Option<Handle<GlobalVariable>> {
+        matches!(self.kind, AccessKind::Store { .. }).then_some(self.target.global)
+    }
+}
+
 /// A statement that ties invocations to each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tie {

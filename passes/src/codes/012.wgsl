@@ -1,3 +1,4 @@
+// options: {"targets": {"half": "copy"}}
 @group(0) @binding(0) var picture: texture_storage_2d<rgba8unorm, write>;
 @group(0) @binding(1) var half: texture_storage_2d<rgba8unorm, write>;
 

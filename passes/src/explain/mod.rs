@@ -5,11 +5,13 @@
 
 mod words;
 
-use naga::{BuiltIn, Module, ShaderStage, Span, TypeInner, valid::ModuleInfo};
+use naga::{
+    BuiltIn, GlobalVariable, Handle, Module, ShaderStage, Span, TypeInner, valid::ModuleInfo,
+};
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    Entries, Options,
+    Entries, Options, Rewritten,
     analysis::{
         Facts,
         guard::Formula,
@@ -18,6 +20,7 @@ use crate::{
     deep,
     finding::Code,
     full,
+    options::Policy,
     plan::{self, EntryPlan, How, regions::report::Group},
     source::Source,
     told::{Told, ToldPlace},
@@ -148,7 +151,7 @@ fn explain_entry(
         explained.findings.splice(0..0, told);
     }
     // what is `full` is not copied: its stores are the original's
-    let split = full::split(module, &[index], options).ok().flatten();
+    let split = full::split(module, &[(index, options)]).ok().flatten();
     if !is_planned && rewritten.is_err() {
         // a refusal that comes before any plan, such as a place that is taken, does not keep from telling the rest
         let (module, info) = (split.as_ref()).map_or((module, info), |s| (&s.module, &s.info));
@@ -157,8 +160,13 @@ fn explain_entry(
             describe(&mut explained, module, &plan);
         }
     }
-    let full = split.and_then(|split| split.full.get(&index).map(|full| full.targets.clone()));
-    for (global, span) in full::stores(module, index, &full.unwrap_or_default()) {
+    let full = match &rewritten {
+        Ok(rewritten) => full_targets(module, rewritten),
+        Err(_) => split
+            .and_then(|split| split.full.get(&index).map(|full| full.targets.clone()))
+            .unwrap_or_default(),
+    };
+    for (global, span) in full::stores(module, index, &full) {
         explained.stores.push(Store {
             target: module.global_variables[global]
                 .name
@@ -173,6 +181,23 @@ fn explain_entry(
         });
     }
     explained
+}
+
+/// The targets that have the policy `full`, asked for or not.
+fn full_targets(module: &Module, rewritten: &Rewritten) -> Vec<Handle<GlobalVariable>> {
+    let targets = rewritten.manifest.entries.iter();
+    let targets = targets.flat_map(|entry| &entry.targets);
+    let full: Vec<_> = targets.filter(|t| t.policy == Policy::Full).collect();
+    let is_full = |global: &GlobalVariable| {
+        let at = global.binding.map(|at| (at.group, at.binding));
+        full.iter()
+            .any(|target| at == Some((target.group, target.binding)))
+    };
+    let globals = module.global_variables.iter();
+    globals
+        .filter(|(_, global)| is_full(global))
+        .map(|(handle, _)| handle)
+        .collect()
 }
 
 /// The id builtins that an entry point takes, by their WGSL names.

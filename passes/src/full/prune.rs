@@ -3,7 +3,7 @@
 //! *Does*: marks what stores, atomics and calls with effects need, through variables and control flow, up to a fixed point; the
 //! rest goes: statements, and the expressions that only they used. Variables are taken as a whole.
 //! *Guarantees*: what is left has the same effects, in the same order, under the same conditions; spans stay. A loop without
-//! effects is taken to end. Every `return` stays, for it keeps later effects from happening.
+//! effects is taken to end. Every `return` before others stays, for it keeps later effects from happening.
 
 use std::collections::BTreeSet;
 
@@ -43,6 +43,9 @@ pub fn prune(
     function: &mut Function,
     outlive: &BTreeSet<Handle<GlobalVariable>>,
 ) -> BTreeSet<Handle<Expression>> {
+    if function.result.is_none() {
+        without_last_returns(&mut function.body);
+    }
     let before = function.clone();
     let mut needed = Needed {
         module,
@@ -71,7 +74,31 @@ pub fn prune(
         ..
     } = needed;
     rewrite(function, &expressions, &statements);
+    if function.result.is_none() {
+        naga::proc::ensure_block_returns(&mut function.body);
+    }
     expressions
+}
+
+/// Takes out returns behind which nothing stands: a front end ends each branch with one, which would keep the branch.
+fn without_last_returns(block: &mut Block) {
+    while let Some(Statement::Return { value: None }) = block.last() {
+        let last = block.len() - 1;
+        block.cull(last..);
+    }
+    match block.last_mut() {
+        Some(Statement::Block(inner)) => without_last_returns(inner),
+        Some(Statement::If { accept, reject, .. }) => {
+            without_last_returns(accept);
+            without_last_returns(reject);
+        }
+        Some(Statement::Switch { cases, .. }) => {
+            for case in cases.iter_mut().filter(|case| !case.fall_through) {
+                without_last_returns(&mut case.body);
+            }
+        }
+        _ => {}
+    }
 }
 
 /// Whether what a statement would leave or repeat is needed.

@@ -102,7 +102,7 @@ impl Planner<'_> {
     fn plan_copy(&mut self, store: usize, domain: &Domain) -> Option<CopyPlan> {
         let access = self.access(store);
         let (span, instance, scope) = (access.span, access.instance, access.scope.clone());
-        let (kind, global) = (access.kind, access.target.global);
+        let (kind, global, stored) = (access.kind, access.target.global, access.plain());
         let name = self.name(global);
         let terms = access.address.terms();
         let axes = self.axes(store);
@@ -119,6 +119,7 @@ impl Planner<'_> {
                     Code::AddressNotOneToOne,
                     format!("several invocations store to one place of `{name}`"),
                 )
+                .about(stored)
                 .at(span, format!("the address depends on {}", named(axes)))
                 .help("move this store to an entry point of its own"),
             );
@@ -171,6 +172,7 @@ impl Planner<'_> {
                             blocked.why
                         ),
                     )
+                    .about(stored)
                     .at(span, "the store")
                     .at_another(cause, blocked.why)
                     .help("compute the address from the invocation's ids, uniforms and read-only memory"),
@@ -211,6 +213,7 @@ impl Planner<'_> {
         let access = self.access(store);
         let (span, guards) = (access.span, access.guards.clone());
         let is_buffer = matches!(access.address, Address::Part(_));
+        let stored = access.plain();
         let name = self.name(access.target.global);
         let own = tangents.is_some_and(is_identity);
         let mut asked = Vec::new();
@@ -240,6 +243,7 @@ impl Planner<'_> {
                         Code::ConditionalOnIds,
                         format!("a store to `{name}` runs only for some ids and does not go to the pixel's own place"),
                     )
+                    .about(stored)
                     .at(span, "lost when the invocation that runs it is a duplicate")
                     .at_another(condition_span, "the condition on the ids")
                     .help(match self.works_together() {

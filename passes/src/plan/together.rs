@@ -55,6 +55,7 @@ impl Planner<'_> {
             return false;
         };
         let access = self.access(store);
+        let stored = access.plain();
         let (span, name) = (access.span, self.name(access.target.global));
         let [a, b] = [a, b].map(|[x, y]| format!("({x}, {y})"));
         self.say(
@@ -62,6 +63,7 @@ impl Planner<'_> {
                 Code::AddressNotOneToOne,
                 format!("several pixels store to one place of `{name}`, and they may have different primaries, so what it holds would be chance"),
             )
+            .about(stored)
             .at(span, format!("pixels {a} and {b} store to the same place"))
             .help(match self.works_together() {
                 true => format!("store to `{name}` in an entry point of its own, that runs once for each place"),

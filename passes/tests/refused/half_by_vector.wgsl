@@ -13,7 +13,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocation_
 
 // ---- is refused ----
 
-error[VRCS012]: a store to `half` runs only for some ids and does not go to the pixel's own place
+error[VRCS012]: a store to `half` runs only for some ids and does not go to the pixel's own place; `full` could do that, but 1 of the 2 statements that other stores need would run twice, so that nothing would be saved
    ┌─ half_by_vector.wgsl:10:9
    │
  9 │     if all(local.xy % 2u == vec2<u32>(0u)) {
