@@ -407,7 +407,7 @@ fn build(
     if number == 0u && has_tile && !is_mixed {
         let place = class_starts[class_number] + class_place;
         let region = CLASSIFIED_HEADER + rate_number * params.tile_count;
-        classified[region + select(place, params.tile_count - 1u - place, is_all_sky)] = slot;
+        classified[region + select(place, params.tile_count - 1u - place, is_all_sky)] = tile.x | (tile.y << 16u);
     }
 #endif
     let all_entries = total + sky_total;

@@ -27,7 +27,8 @@ var<workgroup> counted: array<u32, COUNTERS_WORDS>;
 #endif
 
 const COUNTERS_WORDS: u32 = 64u;
-const MOST_GROUPS: u32 = 65535u;
+// Workgroups in a row: what VRCS_ROW is in the prelude.
+const ROW: u32 = 32u;
 const C_LIST: u32 = 0u;
 const C_TILES: u32 = 2u;
 const C_MIXED: u32 = 16u;
@@ -39,14 +40,11 @@ fn pixels_of(rate: u32) -> u32 {
 }
 
 #ifdef ARGUMENTS
-// Writes the arguments for so many workgroups; how many stand in a row.
-fn argue(at: u32, groups: u32) -> u32 {
-    let rows = (groups + MOST_GROUPS - 1u) / MOST_GROUPS;
-    let row = (groups + max(rows, 1u) - 1u) / max(rows, 1u);
-    arguments[at] = row;
-    arguments[at + 1u] = rows;
+// Writes the arguments for so many workgroups.
+fn argue(at: u32, groups: u32) {
+    arguments[at] = min(groups, ROW);
+    arguments[at + 1u] = (groups + ROW - 1u) / ROW;
     arguments[at + 2u] = params.layers;
-    return row;
 }
 #endif
 
@@ -72,8 +70,8 @@ fn conclude() {
     let sky = counted[C_LIST + 1u];
     list[0] = covered;
     list[1] = sky;
-    list[2] = argue(0u, (covered + params.tile_area - 1u) / params.tile_area);
-    list[3] = argue(3u, (covered + sky + params.tile_area - 1u) / params.tile_area);
+    argue(0u, (covered + params.tile_area - 1u) / params.tile_area);
+    argue(3u, (covered + sky + params.tile_area - 1u) / params.tile_area);
 #endif
 #ifdef CLASSIFIED
     var groups = vec2<u32>(0u);
@@ -88,8 +86,8 @@ fn conclude() {
     classified[14] = mixed.x;
     classified[15] = mixed.y;
     groups += (vec2<u32>(mixed.x, mixed.x + mixed.y) + params.tile_area - 1u) / params.tile_area;
-    classified[16] = argue(6u, groups.x);
-    classified[17] = argue(9u, groups.y);
+    argue(6u, groups.x);
+    argue(9u, groups.y);
     classified[18] = params.phase;
 #endif
 }

@@ -3,6 +3,8 @@
 // An invocation takes eight pixels across, four quads and so a word of rates, and goes down: each line of ten pixels is looked at once,
 // the last two stay in registers. Floats compare first: with a margin for all that the integers round and they round themselves, so that
 // what they are sure of is what the integers say (analyse/sure.wgsl); where they are not, about once in ten thousand, the integers decide.
+// Compiled twice: with WHOLE, for a previous picture of the same size whose width is a multiple of 8, without the way for any other, which
+// hardly runs and costs registers.
 
 #import vrcs::analyse::params::{params, largest}
 #import vrcs::analyse::rates::{Logs, logs_of, limits_everywhere}
@@ -87,8 +89,12 @@ fn analyse(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
     if to.x * 4u >= quads.x || to.y >= quads.y {
         return;
     }
+#ifdef WHOLE
+    let inside = 15u;
+#else
     // quads outside the picture agree to nothing
     let inside = (1u << min(quads.x - to.x * 4u, 4u)) - 1u;
+#endif
     let most = largest();
     let is_asked = params.has_history != 0u;
     let halves = select(vec2<u32>(0u), vec2<u32>(inside), (most >= vec2<u32>(1u)) & vec2<bool>(is_asked));

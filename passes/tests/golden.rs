@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use vrcs_passes::{Color, Entries, Options, Source, emit, input, rewrite};
 
 /// Functions, types and variables of the prelude.
-const PRELUDE: [&str; 26] = [
+const PRELUDE: [&str; 30] = [
     "struct VrcsParams",
     "const VRCS_",
     "var<uniform> vrcs_params",
@@ -23,6 +23,10 @@ const PRELUDE: [&str; 26] = [
     "fn vrcs_members",
     "fn vrcs_take",
     "fn vrcs_flip",
+    "fn vrcs_divided",
+    "fn vrcs_word_of",
+    "fn vrcs_class_",
+    "fn vrcs_together",
     "fn vrcs_relative",
     "fn vrcs_place",
     "fn vrcs_prefix",

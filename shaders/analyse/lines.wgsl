@@ -6,6 +6,18 @@
 #import vrcs::analyse::source
 #import vrcs::analyse::strips::Line
 
+#ifdef WHOLE
+// The codes of a line: two words, and the bytes left and right of them. The previous picture is as large as this one, and as wide as so
+// many words of rates.
+fn words_at(origin: vec2<u32>, column: u32, line: u32) -> vec4<u32> {
+    let y = clamp(i32(origin.y + line) - 1, 0, i32(params.size.y) - 1);
+    let at = ((u32(y) * params.luma_pitch) >> 1u) + (origin.x >> 3u) + column;
+    let words = pictures::colour[at];
+    let before = pictures::colour[max(at, 1u) - 1u].y;
+    let behind = pictures::colour[at + 1u].x;
+    return vec4<u32>(words, before, behind);
+}
+#else
 fn code_at(row: u32, x: i32) -> u32 {
     let source_x = source::still_source(vec2<u32>(u32(clamp(x, 0, i32(params.size.x) - 1)), 0u)).x;
     let pair = pictures::colour[(row + (source_x >> 2u)) >> 1u];
@@ -32,6 +44,7 @@ fn words_at(origin: vec2<u32>, column: u32, line: u32) -> vec4<u32> {
         code_at(row, first + 8),
     );
 }
+#endif
 
 fn line_of(origin: vec2<u32>, column: u32, words: vec4<u32>) -> Line {
     let x = origin.x + column * 8u;

@@ -12,10 +12,14 @@ fn rate_index(code: u32) -> u32 {
     return select((0x04320010u >> (code * 4u)) & 15u, code - 4u, code > 7u);
 }
 
-// The entry of a primary as the lists have it: one word where no group is larger than a quad.
+// The entry of a primary as the lists have it: one word where no group is larger than a quad. Twin: ListEntry::quad in src/build/mod.rs.
 fn listed(pixel: vec2<u32>, mask: u32) -> u32 {
-    let quad = mask >> ((pixel.x & 2u) + (pixel.y & 2u) * 4u);
-    return pixel.x | (pixel.y << 14u) | ((quad & 3u) << 28u) | (((quad >> 4u) & 3u) << 30u);
+    let block = mask >> ((pixel.x & 2u) + (pixel.y & 2u) * 4u);
+    // the members as the primary sees them: columns, then rows, exchanged
+    var quad = (block & 3u) | ((block >> 2u) & 12u);
+    quad = select(quad, ((quad & 5u) << 1u) | ((quad >> 1u) & 5u), (pixel.x & 1u) != 0u);
+    quad = select(quad, ((quad & 3u) << 2u) | (quad >> 2u), (pixel.y & 1u) != 0u);
+    return pixel.x | (pixel.y << 14u) | ((quad >> 1u) << 28u);
 }
 
 #ifdef LINEAR_DEPTH

@@ -95,10 +95,15 @@ fn over_block(members: u32, pixel: vec2<u32>) -> u32 {
     return ((members & 3u) | ((members & 12u) << 2u)) << ((pixel.x & 2u) + (pixel.y & 2u) * 4u);
 }
 
+// A primary and its duplicates in the quad: across, down, and across and down.
+fn listed(pixel: vec2<u32>, coarse: u32) -> u32 {
+    return pixel.x | (pixel.y << 14u) | (coarse << 28u) | ((coarse & (coarse >> 1u)) << 30u);
+}
+
 #ifdef LIST
-fn put_list(at: u32, pixel: vec2<u32>, members: u32) {
+fn put_list(at: u32, pixel: vec2<u32>, coarse: u32, members: u32) {
     if params.list_stride == 1u {
-        list[LIST_HEADER + at] = pixel.x | (pixel.y << 14u) | (members << 28u);
+        list[LIST_HEADER + at] = listed(pixel, coarse);
         return;
     }
     list[LIST_HEADER + at * 2u] = pixel.x | (pixel.y << 16u);
@@ -107,9 +112,9 @@ fn put_list(at: u32, pixel: vec2<u32>, members: u32) {
 #endif
 
 #ifdef CLASSIFIED
-fn put_mixed(at: u32, pixel: vec2<u32>, members: u32) {
+fn put_mixed(at: u32, pixel: vec2<u32>, coarse: u32, members: u32) {
     if params.list_stride == 1u {
-        classified[params.mixed + at] = pixel.x | (pixel.y << 14u) | (members << 28u);
+        classified[params.mixed + at] = listed(pixel, coarse);
         return;
     }
     classified[params.mixed + at * 2u] = pixel.x | (pixel.y << 16u);
@@ -326,7 +331,7 @@ fn build(
 #ifdef CLASSIFIED
     if number == 0u && has_tile && !is_mixed {
         let place = class_starts[class_number] + class_place;
-        classified[CLASSIFIED_HEADER + class_number * params.tile_count + place] = slot;
+        classified[CLASSIFIED_HEADER + class_number * params.tile_count + place] = tile.x | (tile.y << 16u);
     }
 #endif
     let group_origin = vec2<u32>(group.x * TILES, group.y) * TILE;
@@ -335,9 +340,10 @@ fn build(
         let entry = staged[n];
         let place = vec2<u32>(entry & 0x3ffu, (entry >> 10u) & 63u);
         let pixel = group_origin + place;
-        let members = members_of((place.x & 1u) | ((place.y & 1u) << 1u), entry >> 16u);
+        let coarse = entry >> 16u;
+        let members = members_of((place.x & 1u) | ((place.y & 1u) << 1u), coarse);
 #ifdef LIST
-        put_list(list_start + n, pixel, members);
+        put_list(list_start + n, pixel, coarse, members);
 #endif
 #ifdef BY_TILE
         let of_tile = place.x / TILE.x;
@@ -349,7 +355,7 @@ fn build(
             coords[params.entries + (group_slot + of_tile) * params.entries_per_tile + nth] = in_tile;
 #endif
 #ifdef CLASSIFIED
-            put_mixed(mixed_start + (start >> 17u) + nth, pixel, members);
+            put_mixed(mixed_start + (start >> 17u) + nth, pixel, coarse, members);
 #endif
         }
 #endif

@@ -33,6 +33,8 @@ pub struct Analysis {
     label: String,
     layout: wgpu::BindGroupLayout,
     pipeline: wgpu::ComputePipeline,
+    /// The same for frames whose size asks for no way around borders, where there is such a kernel.
+    whole: Option<wgpu::ComputePipeline>,
     /// What the previous picture's tiles tell.
     tiles: Option<wgpu::ComputePipeline>,
     /// The attachment, where it is of tiles and the rates of quads.
@@ -208,6 +210,13 @@ impl Analysis {
                 (false, Granularity::Quad) => made(plan.kernel(), "analyse"),
                 (false, _) => made(shader!("tiles.wgsl"), "tiles"),
             }?,
+            whole: plan
+                .is_by_lines()
+                .then(|| {
+                    let defs = [defs.as_slice(), &[("WHOLE", 1)]].concat();
+                    pipeline_of(device, &layout, plan.kernel(), &defs, "analyse", objects)
+                })
+                .transpose()?,
             attachment: plan
                 .has_attachment_of_its_own()
                 .then(|| {
@@ -243,7 +252,7 @@ impl Analysis {
         })
     }
 
-    /// How many pipelines there are: one for each of the plan's passes.
+    /// How many pipelines a frame takes: one for each of the plan's passes.
     pub fn pipeline_count(&self) -> usize {
         let optional = [
             self.tiles.is_some(),
@@ -452,7 +461,9 @@ impl Analysis {
             pass.set_pipeline(data);
             pass.dispatch_workgroups(width.div_ceil(REGION[0]), height.div_ceil(REGION[1]), 1);
         }
-        pass.set_pipeline(&self.pipeline);
+        let is_whole = size == frame.previous_size && size[0].is_multiple_of(8);
+        let whole = self.whole.as_ref().filter(|_| is_whole);
+        pass.set_pipeline(whole.unwrap_or(&self.pipeline));
         pass.dispatch_workgroups(size[0].div_ceil(width), size[1].div_ceil(height), 1);
         if let Some(attachment) = &self.attachment {
             pass.set_pipeline(attachment);

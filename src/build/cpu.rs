@@ -2,7 +2,7 @@
 
 use super::{
     BuildOptions, CoordLayout, Entry, Header, LinearDepth, ListEntry, RATES, effective,
-    primary::Order, rate_index, statistics::Statistics,
+    primary::Order, rate_index, statistics::Statistics, tile_place,
 };
 use crate::{
     coverage::cpu::Samples,
@@ -471,7 +471,7 @@ impl Coordinates {
             if header.is_identity() || header.is_uniform() {
                 let rate = Rate::from_code_or_full((tile.header >> 24 & 15) as u8);
                 let of = &mut lists.tiles[usize::from(header.is_sky())];
-                of[rate_index(rate)].push(number as u32);
+                of[rate_index(rate)].push(tile_place(number as u32, self.layout.tiles[0]));
             }
         }
         lists.mixed = self.listed(|header| !header.is_identity() && !header.is_uniform());
@@ -538,7 +538,7 @@ impl Coordinates {
 /// The classified lists.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Classified {
-    /// Numbers of tiles that are one rate throughout, by [`rate_index`]: of covered pixels, and of sky.
+    /// [Places](super::tile_place) of tiles that are one rate throughout, by [`rate_index`]: of covered pixels, and of sky.
     pub tiles: [[Vec<u32>; RATES]; 2],
     /// Entries of mixed tiles: of covered pixels, and of sky.
     pub mixed: [Vec<ListEntry>; 2],

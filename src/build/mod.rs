@@ -24,7 +24,7 @@
 //! | words | what |
 //! |---|---|
 //! | 0, 1 | entries of covered pixels, and of sky |
-//! | 2, 3 | workgroups in a row of the dispatch, without sky and with it |
+//! | 2, 3 | not used |
 //! | from [`LIST_HEADER`] on | entries of covered pixels; those of sky from the end of the capacity downwards |
 //!
 //! An entry is [one word](ListEntry::quad) where 2×2 is the largest rate and no side is above 16,384 pixels, else
@@ -37,9 +37,9 @@
 //! | 0 to 6 | tiles of covered pixels that are one rate throughout, by [rate](rate_index); rate 0 is identity |
 //! | 7 to 13 | the same of sky |
 //! | 14, 15 | entries of mixed tiles: of covered pixels, and of sky |
-//! | 16, 17 | workgroups in a row of the dispatch, without sky and with it |
+//! | 16, 17 | not used |
 //! | 18 | the [phase](primary::Order::code) |
-//! | from [`CLASSIFIED_HEADER`] on | for each rate, room for all tiles' numbers, those of sky from the end downwards |
+//! | from [`CLASSIFIED_HEADER`] on | for each rate, room for all tiles' [places](tile_place), those of sky from the end downwards |
 //! | then | the entries of mixed tiles, as in the list |
 //!
 //! With [linear depth](BuildOptions::linear_depth) it has two words, the second with the depth in its high half; an entry of a tile is then
@@ -535,6 +535,25 @@ impl Entry {
     }
 }
 
+/// A tile as the classified lists have it: its column in the low half, its row in the high one, so that a shader need not divide.
+pub fn tile_place(number: u32, tiles_per_row: u32) -> u32 {
+    number % tiles_per_row | number / tiles_per_row << 16
+}
+
+/// Workgroups in a row of an indirect dispatch by a list: wgpu takes at most 65,535 on an axis, and a shader that knows the row beforehand
+/// finds its entry without reading how long it is. `ROW` in `shaders/finish.wgsl`, `VRCS_ROW` in the prelude.
+pub const LIST_ROW: u32 = 32;
+
+/// The workgroups of a dispatch by a list, in a row and rows.
+pub fn list_groups(groups: u32) -> [u32; 2] {
+    [groups.min(LIST_ROW), groups.div_ceil(LIST_ROW)]
+}
+
+/// A pixel's bit in a mask over its aligned 4×4 block.
+fn bit_of([x, y]: [u32; 2]) -> u32 {
+    (y & 3) * 4 + (x & 3)
+}
+
 /// An entry of a list: a primary's place in the picture, and its group's members over its aligned 4×4 block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ListEntry {
@@ -545,11 +564,14 @@ pub struct ListEntry {
 }
 
 impl ListEntry {
-    /// The word of an entry whose group lies in one quad: x in bits 0–13, y in 14–27, the members in 28–31.
+    /// The word of an entry whose group lies in one quad: x in bits 0–13, y in 14–27, and its duplicates as it sees them: bit 28 stands for
+    /// the pixel beside it in the quad, 29 for that above or below it, 30 for the one across the corner (DOOM's three copy bits).
     pub fn quad(self) -> u32 {
         let [x, y] = self.pixel;
-        let quad = self.mask >> ((x & 2) + (y & 2) * 4);
-        x | y << 14 | (quad & 3) << 28 | (quad >> 4 & 3) << 30
+        let duplicates = (1..4u32)
+            .filter(|place| self.mask >> bit_of([x ^ place & 1, y ^ place >> 1]) & 1 != 0)
+            .fold(0, |bits, place| bits | 1 << (place - 1));
+        x | y << 14 | duplicates << 28
     }
 
     /// The words of any entry: x in the low half, y in the high; the members.
@@ -562,8 +584,11 @@ impl ListEntry {
         match *words {
             [word] => {
                 let pixel = [word & 0x3fff, word >> 14 & 0x3fff];
-                let quad = word >> 28;
-                let mask = (quad & 3 | (quad & 12) << 2) << ((pixel[0] & 2) + (pixel[1] & 2) * 4);
+                let members = word >> 28 << 1 | 1;
+                let mask = (0..4u32)
+                    .filter(|place| members >> place & 1 != 0)
+                    .map(|place| bit_of([pixel[0] ^ place & 1, pixel[1] ^ place >> 1]))
+                    .fold(0, |mask, bit| mask | 1 << bit);
                 ListEntry { pixel, mask }
             }
             // the high half may carry linear depth

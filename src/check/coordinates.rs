@@ -7,9 +7,10 @@ use vrcs_passes::options::{Mode, Sky};
 use super::gpu::{Gpu, GpuError};
 use crate::{
     build::{
-        CLASSIFIED_HEADER, Entry, LIST_HEADER, LinearDepth, ListEntry, ListLayout, RATES,
+        CLASSIFIED_HEADER, Entry, LIST_HEADER, LIST_ROW, LinearDepth, ListEntry, ListLayout, RATES,
         cpu::Coordinates,
         gpu::{Buffers, Builder},
+        list_groups,
         statistics::Statistics,
     },
     coverage::{Coverage, Textures, cpu::Samples},
@@ -38,7 +39,7 @@ pub fn words(
             put_user(&mut words, coordinates);
             let area = coordinates.options.area();
             let rows = [counts[0], counts[0] + counts[1]].map(|n| grid(n.div_ceil(area), rng));
-            words[..4].copy_from_slice(&[counts[0], counts[1], rows[0][0], rows[1][0]]);
+            words[..2].copy_from_slice(&counts);
             (words, rows[usize::from(sky == Sky::Shade)])
         }
         Mode::Classified => classified(coordinates, sky, rng),
@@ -46,13 +47,13 @@ pub fn words(
     }
 }
 
-/// A number of workgroups in two dimensions, with a few too many.
+/// A number of workgroups in two dimensions; in every other case with too many, so that a second row is met in small pictures, too.
 fn grid(groups: u32, rng: &mut Rng) -> [u32; 2] {
-    if groups == 0 {
-        return [0, 0];
+    let [row, rows] = list_groups(groups);
+    match groups > 0 && rng.bool() {
+        true => [LIST_ROW, rows + rng.u32(0..2)],
+        false => [row, rows],
     }
-    let row = rng.u32(1..=groups);
-    [row, groups.div_ceil(row)]
 }
 
 fn tiled(coordinates: &Coordinates, rng: &mut Rng) -> Vec<u32> {
@@ -74,7 +75,7 @@ fn tiled(coordinates: &Coordinates, rng: &mut Rng) -> Vec<u32> {
 /// Words that look like entries.
 fn leftovers(bytes: u64, extent: [u32; 2], rng: &mut Rng) -> Vec<u32> {
     (0..bytes / 4)
-        .map(|_| rng.u32(0..extent[0]) | rng.u32(0..extent[1]) << 14 | rng.u32(1..16) << 28)
+        .map(|_| rng.u32(0..extent[0]) | rng.u32(0..extent[1]) << 14 | rng.u32(0..8) << 28)
         .collect()
 }
 
@@ -142,8 +143,6 @@ fn classified(coordinates: &Coordinates, sky: Sky, rng: &mut Rng) -> (Vec<u32>, 
     groups[0] += counts[0].div_ceil(area);
     groups[1] += (counts[0] + counts[1]).div_ceil(area);
     let rows = groups.map(|groups| grid(groups, rng));
-    words[16] = rows[0][0];
-    words[17] = rows[1][0];
     words[18] = coordinates.order.code();
     put_entries(&mut words, layout.mixed(), coordinates, lists.mixed, rng);
     put_user(&mut words, coordinates);
@@ -332,11 +331,7 @@ pub fn compare(twin: &Coordinates, built: &Built) -> Result<(), Difference> {
         compare_lists("list", twin.list(), got)?;
         compare_user("list", twin, &built.list)?;
         let groups = [counts[0], counts[0] + counts[1]].map(|n| n.div_ceil(options.area()));
-        compare_arguments(
-            &built.arguments[..6],
-            groups,
-            [built.list[2], built.list[3]],
-        )?;
+        compare_arguments(&built.arguments[..6], groups)?;
     }
     if options.modes.classified {
         compare_classified(twin, &layout, built)?;
@@ -456,25 +451,12 @@ fn compare_lists(
     Ok(())
 }
 
-/// Arguments cover so many workgroups, with less than a row to spare, and no dimension that wgpu would refuse.
-fn compare_arguments(got: &[u32], groups: [u32; 2], rows: [u32; 2]) -> Result<(), Difference> {
+/// Arguments are those of so many workgroups, in three layers.
+fn compare_arguments(got: &[u32], groups: [u32; 2]) -> Result<(), Difference> {
     for of in 0..2 {
-        let [x, y, z] = [0, 1, 2].map(|axis| got[of * 3 + axis]);
-        let covers = u64::from(x) * u64::from(y);
-        let needed = u64::from(groups[of]);
-        let is_right = covers >= needed
-            && covers < needed + u64::from(y.max(1))
-            && x <= 65_535
-            && y <= 65_535
-            && z == 3
-            && (x == rows[of] || needed == 0);
-        if !is_right {
-            differ(
-                || "arguments".to_owned(),
-                format!("{needed} workgroups in rows of {}, 3 layers", rows[of]),
-                format!("{x} x {y} x {z}"),
-            )?;
-        }
+        let [row, rows] = list_groups(groups[of]);
+        let found = &got[of * 3..of * 3 + 3];
+        differ(|| "arguments".to_owned(), [row, rows, 3].as_slice(), found)?;
     }
     Ok(())
 }
@@ -515,5 +497,5 @@ fn compare_classified(
     let entries = read_entries(twin, got, layout.mixed(), counts)?;
     compare_lists("mixed tiles", wanted.mixed, entries)?;
     differ(|| "phase".to_owned(), twin.order.code(), got[18])?;
-    compare_arguments(&built.arguments[6..12], groups, [got[16], got[17]])
+    compare_arguments(&built.arguments[6..12], groups)
 }

@@ -83,7 +83,7 @@ impl Plan {
     }
 
     /// Whether the rates are made by the kernel that has room for √luma's content alone.
-    fn is_by_lines(&self) -> bool {
+    pub(crate) fn is_by_lines(&self) -> bool {
         self.passes[0].kernel == LINES
     }
 

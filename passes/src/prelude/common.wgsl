@@ -37,6 +37,13 @@ fn vrcs_is_inside(pixel: vec3<u32>) -> bool {
     return all(pixel < vrcs_params.extent);
 }
 
+// Takes over a pixel that is alone in its group. False if it lies outside the extent; of the domain, the shader's own guard asks.
+fn vrcs_take_alone(pixel: vec3<u32>) -> bool {
+    vrcs_pixel = pixel;
+    vrcs_copies = 0u;
+    return vrcs_is_inside(pixel);
+}
+
 // Stands for the shader's own domain; replaced where the shader has guards on its ids.
 fn vrcs_in_domain(pixel: vec3<u32>) -> bool {
     return true;
@@ -96,7 +103,7 @@ fn vrcs_is_whole(near: vec3<u32>, far: vec3<u32>) -> bool {
 fn vrcs_take(pixel: vec3<u32>, mask: u32) -> bool {
     let home = (pixel.x & 3u) | ((pixel.y & 3u) << 2u);
     let near = vec3<u32>(pixel.xy & vec2<u32>(~3u), pixel.z);
-    if ((mask >> home) & 1u) != 0u && vrcs_is_whole(near, near + vec3<u32>(3u, 3u, 0u)) {
+    if ((mask >> home) & 1u) != 0u && vrcs_is_whole(near, vec3<u32>(pixel.xy | vec2<u32>(3u), pixel.z)) {
         vrcs_pixel = pixel;
         vrcs_copies = vrcs_relative(mask, home) & ~1u;
         return true;
@@ -104,24 +111,17 @@ fn vrcs_take(pixel: vec3<u32>, mask: u32) -> bool {
     return vrcs_take_inside(pixel, home, mask);
 }
 
-// The same for a group that lies in a quad: bits 0 and 1 of `quad` are its upper row, bits 2 and 3 its lower one.
-fn vrcs_take_quad(pixel: vec3<u32>, quad: u32) -> bool {
+// The same for a group that lies in a quad: `duplicates` has a bit for the horizontal neighbour, the vertical and the diagonal one.
+fn vrcs_take_quad(pixel: vec3<u32>, duplicates: u32) -> bool {
     let near = vec3<u32>(pixel.xy & vec2<u32>(~1u), pixel.z);
-    // the members as the primary sees them: columns, then rows, exchanged
-    var members = (quad & 3u) | ((quad & 12u) << 2u);
-    let block = members << ((pixel.x & 2u) + (pixel.y & 2u) * 4u);
-    if (pixel.x & 1u) != 0u {
-        members = ((members & 0x11u) << 1u) | ((members >> 1u) & 0x11u);
-    }
-    if (pixel.y & 1u) != 0u {
-        members = ((members & 3u) << 4u) | (members >> 4u);
-    }
-    if (members & 1u) != 0u && vrcs_is_whole(near, near + vec3<u32>(1u, 1u, 0u)) {
+    let copies = ((duplicates & 1u) << 1u) | ((duplicates & 6u) << 3u);
+    if vrcs_is_whole(near, vec3<u32>(pixel.xy | vec2<u32>(1u), pixel.z)) {
         vrcs_pixel = pixel;
-        vrcs_copies = members & ~1u;
+        vrcs_copies = copies;
         return true;
     }
-    return vrcs_take_inside(pixel, (pixel.x & 3u) | ((pixel.y & 3u) << 2u), block);
+    let home = (pixel.x & 3u) | ((pixel.y & 3u) << 2u);
+    return vrcs_take_inside(pixel, home, vrcs_relative(copies | 1u, home));
 }
 
 // The members that are inside of a group that may not be so as a whole; `nominal` is the bit of its nominal primary.
@@ -140,7 +140,7 @@ fn vrcs_take_inside(pixel: vec3<u32>, nominal: u32, mask: u32) -> bool {
     return true;
 }
 
-// A mask over the block as one relative to bit `home`.
+// A mask over the block as one relative to bit `home`; and one that is relative as one over the block.
 fn vrcs_relative(mask: u32, home: u32) -> u32 {
     var relative = mask;
     if (home & 1u) != 0u {

@@ -15,7 +15,8 @@ fn vrcs_keep_depth(pixel: vec2<u32>, depth: f32) {
 // Takes over an entry of a tile that starts at `origin`: x | y << 4 | members of the quad << 8 | depth << 12.
 fn vrcs_take_tiled(origin: vec2<u32>, z: u32, entry: u32) -> bool {
     let pixel = origin + vec2<u32>(entry & 15u, (entry >> 4u) & 15u);
-    let found = vrcs_take_quad(vec3<u32>(pixel, z), (entry >> 8u) & 15u);
+    let quad = ((entry >> 8u) & 3u) | (((entry >> 10u) & 3u) << 4u);
+    let found = vrcs_take(vec3<u32>(pixel, z), quad << ((pixel.x & 2u) + (pixel.y & 2u) * 4u));
     vrcs_keep_depth(pixel, f32(entry >> 12u) / 1048575.0);
     return found;
 }

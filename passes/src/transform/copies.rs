@@ -2,8 +2,8 @@
 //!
 //! ```wgsl
 //! // before                              // after
-//! textureStore(dst, at, value);          textureStore(dst, at, value);
-//!                                        vrcs_copy_dst(at, value);
+//! textureStore(dst, at, value);          vrcs_copy_dst(at, value);
+//!                                        textureStore(dst, at, value);
 //!
 //!                                        fn vrcs_copy_dst(at: vec2<i32>, value: vec4<f32>) {
 //!                                            if (vrcs_copies & 2u) != 0u {
@@ -238,12 +238,12 @@ impl<'t, 'm> Copies<'t, 'm> {
         module.functions.append(function, Span::UNDEFINED)
     }
 
-    /// The copies within a quad: three conditions.
+    /// The copies within a quad: three conditions. Whether there is any duplicate is asked first only where a copy takes more than a
+    /// place to be added to: stores under one condition each are predicated, not branched around.
     fn for_quad(&self, code: &mut Code, one: &One) {
         let zero = code.u32(0);
         let copies = code.global(self.prologue.copies);
-        let any = code.binary(BinaryOperator::NotEqual, copies, zero);
-        code.when(any, |code| {
+        let each = |code: &mut Code| {
             for number in QUAD {
                 let bit = code.u32(1 << number);
                 let set = code.binary(BinaryOperator::And, copies, bit);
@@ -253,7 +253,14 @@ impl<'t, 'm> Copies<'t, 'm> {
                     one.write(code, number);
                 });
             }
-        });
+        };
+        match one.guard.is_none() && one.addresses.is_empty() {
+            true => each(code),
+            false => {
+                let any = code.binary(BinaryOperator::NotEqual, copies, zero);
+                code.when(any, each);
+            }
+        }
     }
 
     /// An atomic sum, for all duplicates at once.

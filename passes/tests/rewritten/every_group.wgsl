@@ -21,19 +21,17 @@ var d: texture_2d<f32>;
 
 fn vrcs_copy_a(at: vec2<u32>, value: vec4<f32>) {
     let _e4 = vrcs_copies;
-    if (_e4 != 0u) {
-        if ((_e4 & 2u) != 0u) {
-            let _e10 = vrcs_delta(1u);
-            textureStore(a, (at + vec2<u32>(_e10)), value);
-        }
-        if ((_e4 & 16u) != 0u) {
-            let _e18 = vrcs_delta(4u);
-            textureStore(a, (at + vec2<u32>(_e18)), value);
-        }
-        if ((_e4 & 32u) != 0u) {
-            let _e26 = vrcs_delta(5u);
-            textureStore(a, (at + vec2<u32>(_e26)), value);
-        }
+    if ((_e4 & 2u) != 0u) {
+        let _e9 = vrcs_delta(1u);
+        textureStore(a, (at + vec2<u32>(_e9)), value);
+    }
+    if ((_e4 & 16u) != 0u) {
+        let _e17 = vrcs_delta(4u);
+        textureStore(a, (at + vec2<u32>(_e17)), value);
+    }
+    if ((_e4 & 32u) != 0u) {
+        let _e25 = vrcs_delta(5u);
+        textureStore(a, (at + vec2<u32>(_e25)), value);
     }
     return;
 }
@@ -44,8 +42,8 @@ fn main_inner(id: vec3<u32>) {
     let _e10 = textureLoad(c, id.xy, 0i);
     let _e15 = textureLoad(d, id.xy, 0i);
     let _e16 = ((_e6 + _e10) + _e15);
-    textureStore(a, _e2, _e16);
     vrcs_copy_a(_e2, _e16);
+    textureStore(a, _e2, _e16);
     return;
 }
 

@@ -23,19 +23,17 @@ var<storage, read_write> flags: array<u32>;
 
 fn vrcs_copy_bright(at: vec2<u32>, value: vec4<f32>) {
     let _e4 = vrcs_copies;
-    if (_e4 != 0u) {
-        if ((_e4 & 2u) != 0u) {
-            let _e10 = vrcs_delta(1u);
-            textureStore(bright, (at + vec2<u32>(_e10)), value);
-        }
-        if ((_e4 & 16u) != 0u) {
-            let _e18 = vrcs_delta(4u);
-            textureStore(bright, (at + vec2<u32>(_e18)), value);
-        }
-        if ((_e4 & 32u) != 0u) {
-            let _e26 = vrcs_delta(5u);
-            textureStore(bright, (at + vec2<u32>(_e26)), value);
-        }
+    if ((_e4 & 2u) != 0u) {
+        let _e9 = vrcs_delta(1u);
+        textureStore(bright, (at + vec2<u32>(_e9)), value);
+    }
+    if ((_e4 & 16u) != 0u) {
+        let _e17 = vrcs_delta(4u);
+        textureStore(bright, (at + vec2<u32>(_e17)), value);
+    }
+    if ((_e4 & 32u) != 0u) {
+        let _e25 = vrcs_delta(5u);
+        textureStore(bright, (at + vec2<u32>(_e25)), value);
     }
     return;
 }
@@ -69,11 +67,11 @@ fn vrcs_copy_flags(value_1: u32) {
 fn main_inner(id: vec3<u32>) {
     let color = textureLoad(picture, id.xy, 0i);
     let _e6 = id.xy;
-    textureStore(bright, _e6, color);
     vrcs_copy_bright(_e6, color);
+    textureStore(bright, _e6, color);
     if (color.y > 0.5f) {
-        flags[(((id.y / 8u) * 64u) + (id.x / 8u))] = 1u;
         vrcs_copy_flags(1u);
+        flags[(((id.y / 8u) * 64u) + (id.x / 8u))] = 1u;
         return;
     } else {
         return;

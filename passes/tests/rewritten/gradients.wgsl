@@ -47,19 +47,17 @@ fn vrcs_sample_blurred(at_1: vec2<f32>, level: f32) -> vec4<f32> {
 
 fn vrcs_copy_picture(at_2: vec2<u32>, value: vec4<f32>) {
     let _e4 = vrcs_copies;
-    if (_e4 != 0u) {
-        if ((_e4 & 2u) != 0u) {
-            let _e10 = vrcs_delta(1u);
-            textureStore(picture, (at_2 + vec2<u32>(_e10)), value);
-        }
-        if ((_e4 & 16u) != 0u) {
-            let _e18 = vrcs_delta(4u);
-            textureStore(picture, (at_2 + vec2<u32>(_e18)), value);
-        }
-        if ((_e4 & 32u) != 0u) {
-            let _e26 = vrcs_delta(5u);
-            textureStore(picture, (at_2 + vec2<u32>(_e26)), value);
-        }
+    if ((_e4 & 2u) != 0u) {
+        let _e9 = vrcs_delta(1u);
+        textureStore(picture, (at_2 + vec2<u32>(_e9)), value);
+    }
+    if ((_e4 & 16u) != 0u) {
+        let _e17 = vrcs_delta(4u);
+        textureStore(picture, (at_2 + vec2<u32>(_e17)), value);
+    }
+    if ((_e4 & 32u) != 0u) {
+        let _e25 = vrcs_delta(5u);
+        textureStore(picture, (at_2 + vec2<u32>(_e25)), value);
     }
     return;
 }
@@ -70,8 +68,8 @@ fn shade_inner(id: vec3<u32>) {
     let _e16 = id.xy;
     let _e20 = vrcs_sample_blurred(at_3, 1f);
     let _e21 = (_e14 * _e20);
-    textureStore(picture, _e16, _e21);
     vrcs_copy_picture(_e16, _e21);
+    textureStore(picture, _e16, _e21);
     return;
 }
 

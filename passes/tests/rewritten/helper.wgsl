@@ -27,26 +27,24 @@ fn put(at: vec2<u32>, color: vec4<f32>) {
 
 fn vrcs_copy_picture(at_1: vec2<u32>, value: vec4<f32>) {
     let _e4 = vrcs_copies;
-    if (_e4 != 0u) {
-        if ((_e4 & 2u) != 0u) {
-            let _e10 = vrcs_delta(1u);
-            textureStore(picture, (at_1 + vec2<u32>(_e10)), value);
-        }
-        if ((_e4 & 16u) != 0u) {
-            let _e18 = vrcs_delta(4u);
-            textureStore(picture, (at_1 + vec2<u32>(_e18)), value);
-        }
-        if ((_e4 & 32u) != 0u) {
-            let _e26 = vrcs_delta(5u);
-            textureStore(picture, (at_1 + vec2<u32>(_e26)), value);
-        }
+    if ((_e4 & 2u) != 0u) {
+        let _e9 = vrcs_delta(1u);
+        textureStore(picture, (at_1 + vec2<u32>(_e9)), value);
+    }
+    if ((_e4 & 16u) != 0u) {
+        let _e17 = vrcs_delta(4u);
+        textureStore(picture, (at_1 + vec2<u32>(_e17)), value);
+    }
+    if ((_e4 & 32u) != 0u) {
+        let _e25 = vrcs_delta(5u);
+        textureStore(picture, (at_1 + vec2<u32>(_e25)), value);
     }
     return;
 }
 
 fn vrcs_put(at_2: vec2<u32>, color_1: vec4<f32>) {
-    textureStore(picture, at_2, color_1);
     vrcs_copy_picture(at_2, color_1);
+    textureStore(picture, at_2, color_1);
     return;
 }
 

@@ -36,19 +36,17 @@ fn share(lane: u32, value: u32, twice: bool) -> u32 {
 
 fn vrcs_copy_picture(at: vec2<u32>, value_1: vec4<u32>) {
     let _e4 = vrcs_copies;
-    if (_e4 != 0u) {
-        if ((_e4 & 2u) != 0u) {
-            let _e10 = vrcs_delta(1u);
-            textureStore(picture, (at + vec2<u32>(_e10)), value_1);
-        }
-        if ((_e4 & 16u) != 0u) {
-            let _e18 = vrcs_delta(4u);
-            textureStore(picture, (at + vec2<u32>(_e18)), value_1);
-        }
-        if ((_e4 & 32u) != 0u) {
-            let _e26 = vrcs_delta(5u);
-            textureStore(picture, (at + vec2<u32>(_e26)), value_1);
-        }
+    if ((_e4 & 2u) != 0u) {
+        let _e9 = vrcs_delta(1u);
+        textureStore(picture, (at + vec2<u32>(_e9)), value_1);
+    }
+    if ((_e4 & 16u) != 0u) {
+        let _e17 = vrcs_delta(4u);
+        textureStore(picture, (at + vec2<u32>(_e17)), value_1);
+    }
+    if ((_e4 & 32u) != 0u) {
+        let _e25 = vrcs_delta(5u);
+        textureStore(picture, (at + vec2<u32>(_e25)), value_1);
     }
     return;
 }
@@ -76,8 +74,8 @@ fn main_inner(id: vec3<u32>, lane_3: u32, vrcs_own_id: vec3<u32>, vrcs_own_lane:
         let found = vrcs_share_result;
         let _e46 = vrcs_own_id.xy;
         let _e47 = vec4(found);
-        textureStore(picture, _e46, _e47);
         vrcs_copy_picture(_e46, _e47);
+        textureStore(picture, _e46, _e47);
         return;
     }
 }

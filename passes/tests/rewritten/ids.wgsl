@@ -23,19 +23,17 @@ var picture: texture_storage_2d<rgba8unorm,write>;
 
 fn vrcs_copy_picture(at: vec2<u32>, value: vec4<f32>) {
     let _e4 = vrcs_copies;
-    if (_e4 != 0u) {
-        if ((_e4 & 2u) != 0u) {
-            let _e10 = vrcs_delta(1u);
-            textureStore(picture, (at + vec2<u32>(_e10)), value);
-        }
-        if ((_e4 & 16u) != 0u) {
-            let _e18 = vrcs_delta(4u);
-            textureStore(picture, (at + vec2<u32>(_e18)), value);
-        }
-        if ((_e4 & 32u) != 0u) {
-            let _e26 = vrcs_delta(5u);
-            textureStore(picture, (at + vec2<u32>(_e26)), value);
-        }
+    if ((_e4 & 2u) != 0u) {
+        let _e9 = vrcs_delta(1u);
+        textureStore(picture, (at + vec2<u32>(_e9)), value);
+    }
+    if ((_e4 & 16u) != 0u) {
+        let _e17 = vrcs_delta(4u);
+        textureStore(picture, (at + vec2<u32>(_e17)), value);
+    }
+    if ((_e4 & 32u) != 0u) {
+        let _e25 = vrcs_delta(5u);
+        textureStore(picture, (at + vec2<u32>(_e25)), value);
     }
     return;
 }
@@ -43,8 +41,8 @@ fn vrcs_copy_picture(at: vec2<u32>, value: vec4<f32>) {
 fn main_inner(ids: Ids, groups: vec3<u32>) {
     let at_1 = ((ids.group.xy * vec2<u32>(8u, 4u)) + ids.local.xy);
     let _e14 = vec4(f32(groups.x));
-    textureStore(picture, at_1, _e14);
     vrcs_copy_picture(at_1, _e14);
+    textureStore(picture, at_1, _e14);
     return;
 }
 

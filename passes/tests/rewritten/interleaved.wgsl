@@ -95,14 +95,14 @@ fn main_inner(id: vec3<u32>) {
     let _e9 = frame.number;
     let first = vec2<u32>(((id.x * 2u) + ((id.y + _e9) & 1u)), id.y);
     let _e18 = vec4(1f);
-    textureStore(picture, first, _e18);
     vrcs_copy_picture(_e9, _e18);
+    textureStore(picture, first, _e18);
     let _e25 = frame.number;
     let second = vec2<u32>(((id.x * 2u) + (((id.y + _e25) + 1u) & 1u)), id.y);
     if (second.x < size_4.x) {
         let _e39 = vec4(0.5f);
-        textureStore(picture, second, _e39);
         vrcs_copy_picture_1(_e9, size_4.x, _e39);
+        textureStore(picture, second, _e39);
         return;
     } else {
         return;

@@ -13,19 +13,17 @@ var mask_5: texture_storage_2d<r32float,write>;
 
 fn vrcs_copy_mask(at: vec2<u32>, value: vec4<f32>) {
     let _e4 = vrcs_copies;
-    if (_e4 != 0u) {
-        if ((_e4 & 2u) != 0u) {
-            let _e10 = vrcs_delta(1u);
-            textureStore(mask_5, (at + vec2<u32>(_e10)), value);
-        }
-        if ((_e4 & 16u) != 0u) {
-            let _e18 = vrcs_delta(4u);
-            textureStore(mask_5, (at + vec2<u32>(_e18)), value);
-        }
-        if ((_e4 & 32u) != 0u) {
-            let _e26 = vrcs_delta(5u);
-            textureStore(mask_5, (at + vec2<u32>(_e26)), value);
-        }
+    if ((_e4 & 2u) != 0u) {
+        let _e9 = vrcs_delta(1u);
+        textureStore(mask_5, (at + vec2<u32>(_e9)), value);
+    }
+    if ((_e4 & 16u) != 0u) {
+        let _e17 = vrcs_delta(4u);
+        textureStore(mask_5, (at + vec2<u32>(_e17)), value);
+    }
+    if ((_e4 & 32u) != 0u) {
+        let _e25 = vrcs_delta(5u);
+        textureStore(mask_5, (at + vec2<u32>(_e25)), value);
     }
     return;
 }
@@ -33,8 +31,8 @@ fn vrcs_copy_mask(at: vec2<u32>, value: vec4<f32>) {
 fn main_inner(group: vec3<u32>, lane_3: u32) {
     let at_1 = ((group.xy * vec2<u32>(8u, 4u)) + vec2<u32>((lane_3 & 7u), (lane_3 / 8u)));
     let _e15 = vec4(f32(lane_3));
-    textureStore(mask_5, at_1, _e15);
     vrcs_copy_mask(at_1, _e15);
+    textureStore(mask_5, at_1, _e15);
     return;
 }
 

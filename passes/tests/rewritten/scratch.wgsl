@@ -30,19 +30,17 @@ var<private> vrcs_other_copies: u32;
 
 fn vrcs_copy_picture(at: vec2<u32>, value: vec4<u32>) {
     let _e4 = vrcs_copies;
-    if (_e4 != 0u) {
-        if ((_e4 & 2u) != 0u) {
-            let _e10 = vrcs_delta(1u);
-            textureStore(picture, (at + vec2<u32>(_e10)), value);
-        }
-        if ((_e4 & 16u) != 0u) {
-            let _e18 = vrcs_delta(4u);
-            textureStore(picture, (at + vec2<u32>(_e18)), value);
-        }
-        if ((_e4 & 32u) != 0u) {
-            let _e26 = vrcs_delta(5u);
-            textureStore(picture, (at + vec2<u32>(_e26)), value);
-        }
+    if ((_e4 & 2u) != 0u) {
+        let _e9 = vrcs_delta(1u);
+        textureStore(picture, (at + vec2<u32>(_e9)), value);
+    }
+    if ((_e4 & 16u) != 0u) {
+        let _e17 = vrcs_delta(4u);
+        textureStore(picture, (at + vec2<u32>(_e17)), value);
+    }
+    if ((_e4 & 32u) != 0u) {
+        let _e25 = vrcs_delta(5u);
+        textureStore(picture, (at + vec2<u32>(_e25)), value);
     }
     return;
 }
@@ -55,11 +53,11 @@ fn main_inner(id: vec3<u32>, lane_2: u32, vrcs_own_id: vec3<u32>, vrcs_own_lane:
     let _e12 = vec4(_e11);
     let _e16 = vrcs_is_primary;
     if _e16 {
-        textureStore(picture, _e8, _e12);
+        vrcs_copy_picture(_e8, _e12);
     }
     let _e18 = vrcs_is_primary;
     if _e18 {
-        vrcs_copy_picture(_e8, _e12);
+        textureStore(picture, _e8, _e12);
     }
     return;
 }

@@ -62,8 +62,8 @@ fn main_inner(id: vec3<u32>) {
             let _e11 = i;
             let _e14 = i;
             let _e15 = f32(_e14);
-            texels[((_e8 * 2u) + _e11)] = _e15;
             vrcs_copy_texels(_e3, _e15);
+            texels[((_e8 * 2u) + _e11)] = _e15;
         }
         continuing {
             let _e17 = i;

@@ -47,19 +47,17 @@ var picture: texture_storage_2d<rgba8unorm,write>;
 
 fn vrcs_copy_picture(at: vec2<u32>, value: vec4<f32>) {
     let _e4 = vrcs_copies;
-    if (_e4 != 0u) {
-        if ((_e4 & 2u) != 0u) {
-            let _e10 = vrcs_delta(1u);
-            textureStore(picture, (at + vec2<u32>(_e10)), value);
-        }
-        if ((_e4 & 16u) != 0u) {
-            let _e18 = vrcs_delta(4u);
-            textureStore(picture, (at + vec2<u32>(_e18)), value);
-        }
-        if ((_e4 & 32u) != 0u) {
-            let _e26 = vrcs_delta(5u);
-            textureStore(picture, (at + vec2<u32>(_e26)), value);
-        }
+    if ((_e4 & 2u) != 0u) {
+        let _e9 = vrcs_delta(1u);
+        textureStore(picture, (at + vec2<u32>(_e9)), value);
+    }
+    if ((_e4 & 16u) != 0u) {
+        let _e17 = vrcs_delta(4u);
+        textureStore(picture, (at + vec2<u32>(_e17)), value);
+    }
+    if ((_e4 & 32u) != 0u) {
+        let _e25 = vrcs_delta(5u);
+        textureStore(picture, (at + vec2<u32>(_e25)), value);
     }
     return;
 }
@@ -69,14 +67,14 @@ fn main_inner(id: vec3<u32>) {
     if (id.x < _e4) {
         let _e7 = id.xy;
         let _e9 = vec4(1f);
-        textureStore(picture, _e7, _e9);
         vrcs_copy_picture(_e7, _e9);
+        textureStore(picture, _e7, _e9);
         return;
     } else {
         let _e11 = id.xy;
         let _e13 = vec4(0f);
-        textureStore(picture, _e11, _e13);
         vrcs_copy_picture(_e11, _e13);
+        textureStore(picture, _e11, _e13);
         return;
     }
 }

@@ -37,19 +37,17 @@ fn vrcs_in_domain_throughout(near: vec3<u32>, far: vec3<u32>) -> bool {
 fn vrcs_copy_texels(captured_a: u32, index_a: u32, value: f32) {
     let _e5 = i32(captured_a);
     let _e8 = vrcs_copies;
-    if (_e8 != 0u) {
-        if ((_e8 & 2u) != 0u) {
-            let _e14 = vrcs_delta(1u);
-            texels[(index_a + u32((_e14.x + (_e14.y * _e5))))] = value;
-        }
-        if ((_e8 & 16u) != 0u) {
-            let _e27 = vrcs_delta(4u);
-            texels[(index_a + u32((_e27.x + (_e27.y * _e5))))] = value;
-        }
-        if ((_e8 & 32u) != 0u) {
-            let _e40 = vrcs_delta(5u);
-            texels[(index_a + u32((_e40.x + (_e40.y * _e5))))] = value;
-        }
+    if ((_e8 & 2u) != 0u) {
+        let _e13 = vrcs_delta(1u);
+        texels[(index_a + u32((_e13.x + (_e13.y * _e5))))] = value;
+    }
+    if ((_e8 & 16u) != 0u) {
+        let _e26 = vrcs_delta(4u);
+        texels[(index_a + u32((_e26.x + (_e26.y * _e5))))] = value;
+    }
+    if ((_e8 & 32u) != 0u) {
+        let _e39 = vrcs_delta(5u);
+        texels[(index_a + u32((_e39.x + (_e39.y * _e5))))] = value;
     }
     return;
 }
@@ -69,8 +67,8 @@ fn main_inner(id: vec3<u32>) {
         let _e19 = frame.width;
         let _e22 = ((id.y * _e19) + id.x);
         let _e25 = f32(id.x);
-        texels[_e22] = _e25;
         vrcs_copy_texels(_e4, _e22, _e25);
+        texels[_e22] = _e25;
         return;
     } else {
         return;

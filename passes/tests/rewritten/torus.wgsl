@@ -45,19 +45,17 @@ fn vrcs_in_domain_throughout(near: vec3<u32>, far: vec3<u32>) -> bool {
 
 fn vrcs_copy_picture(at: vec2<i32>, value: vec4<f32>) {
     let _e4 = vrcs_copies;
-    if (_e4 != 0u) {
-        if ((_e4 & 2u) != 0u) {
-            let _e10 = vrcs_delta(1u);
-            textureStore(picture, (at + _e10), value);
-        }
-        if ((_e4 & 16u) != 0u) {
-            let _e17 = vrcs_delta(4u);
-            textureStore(picture, (at + _e17), value);
-        }
-        if ((_e4 & 32u) != 0u) {
-            let _e24 = vrcs_delta(5u);
-            textureStore(picture, (at + _e24), value);
-        }
+    if ((_e4 & 2u) != 0u) {
+        let _e9 = vrcs_delta(1u);
+        textureStore(picture, (at + _e9), value);
+    }
+    if ((_e4 & 16u) != 0u) {
+        let _e16 = vrcs_delta(4u);
+        textureStore(picture, (at + _e16), value);
+    }
+    if ((_e4 & 32u) != 0u) {
+        let _e23 = vrcs_delta(5u);
+        textureStore(picture, (at + _e23), value);
     }
     return;
 }
@@ -114,13 +112,13 @@ fn main_inner(id: vec3<u32>) {
     let _e22 = window.size;
     let place = (((cell % _e14) + _e18) % _e22);
     let _e26 = vec4(1f);
-    textureStore(picture, at_1, _e26);
     vrcs_copy_picture(at_1, _e26);
+    textureStore(picture, at_1, _e26);
     let _e30 = window.moved;
     if (at_1.x < _e30) {
         let _e37 = window.size.x;
-        cells[((place.y * _e37) + place.x)] = 0f;
         vrcs_copy_cells(_e30, _e37, _e10, _e5, 0f);
+        cells[((place.y * _e37) + place.x)] = 0f;
         return;
     } else {
         return;

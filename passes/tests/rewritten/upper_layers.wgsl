@@ -19,19 +19,17 @@ var picture: texture_storage_2d_array<r32uint,write>;
 
 fn vrcs_copy_picture(at: vec2<u32>, layer: u32, value: vec4<u32>) {
     let _e5 = vrcs_copies;
-    if (_e5 != 0u) {
-        if ((_e5 & 2u) != 0u) {
-            let _e11 = vrcs_delta(1u);
-            textureStore(picture, (at + vec2<u32>(_e11)), layer, value);
-        }
-        if ((_e5 & 16u) != 0u) {
-            let _e19 = vrcs_delta(4u);
-            textureStore(picture, (at + vec2<u32>(_e19)), layer, value);
-        }
-        if ((_e5 & 32u) != 0u) {
-            let _e27 = vrcs_delta(5u);
-            textureStore(picture, (at + vec2<u32>(_e27)), layer, value);
-        }
+    if ((_e5 & 2u) != 0u) {
+        let _e10 = vrcs_delta(1u);
+        textureStore(picture, (at + vec2<u32>(_e10)), layer, value);
+    }
+    if ((_e5 & 16u) != 0u) {
+        let _e18 = vrcs_delta(4u);
+        textureStore(picture, (at + vec2<u32>(_e18)), layer, value);
+    }
+    if ((_e5 & 32u) != 0u) {
+        let _e26 = vrcs_delta(5u);
+        textureStore(picture, (at + vec2<u32>(_e26)), layer, value);
     }
     return;
 }
@@ -65,11 +63,11 @@ fn vrcs_copy_cells(value_1: u32) {
 fn main_inner(id: vec3<u32>) {
     let _e2 = id.xy;
     let _e5 = vec4(1u);
-    textureStore(picture, _e2, id.z, _e5);
     vrcs_copy_picture(_e2, id.z, _e5);
+    textureStore(picture, _e2, id.z, _e5);
     if (id.z > 0u) {
-        cells[(((id.z << 20u) | ((id.y & 1023u) << 10u)) + (id.x & 1023u))] = 1u;
         vrcs_copy_cells(1u);
+        cells[(((id.z << 20u) | ((id.y & 1023u) << 10u)) + (id.x & 1023u))] = 1u;
         return;
     } else {
         return;

@@ -69,6 +69,13 @@ fn vrcs_primaries(header_1: u32) -> u32 {
     return select((header_1 & 511u), 0u, ((header_1 & VRCS_TILE_SKY) != 0u));
 }
 
+fn vrcs_divided(number: u32, by: u32) -> vec2<u32> {
+    if ((by & (by - 1u)) == 0u) {
+        return vec2<u32>((number & (by - 1u)), (number >> firstTrailingBit(by)));
+    }
+    return vec2<u32>((number % by), (number / by));
+}
+
 fn vrcs_flip(rate: vec2<u32>, corner: vec2<u32>, phase: u32) -> u32 {
     if (phase == 0u) {
         return 0u;
@@ -98,10 +105,23 @@ fn vrcs_is_whole(near_1: vec3<u32>, far_1: vec3<u32>) -> bool {
     return _e11;
 }
 
-fn vrcs_relative(mask: u32, home: u32) -> u32 {
+fn vrcs_members_in_extent(block: vec2<u32>, mask: u32) -> u32 {
+    let _e4 = vrcs_params.extent;
+    let _e8 = vrcs_params.extent;
+    let room = min((_e4.xy - min(block, _e8.xy)), vec2(4u));
+    let columns = (((1u << room.x) - 1u) * 4369u);
+    let rows = ((1u << (room.y * 4u)) - 1u);
+    return ((mask & columns) & rows);
+}
+
+fn vrcs_members(block_1: vec2<u32>, z: u32, mask_1: u32) -> u32 {
+    return mask_1;
+}
+
+fn vrcs_relative(mask_2: u32, home: u32) -> u32 {
     var relative: u32;
 
-    relative = mask;
+    relative = mask_2;
     if ((home & 1u) != 0u) {
         let _e7 = relative;
         let _e12 = relative;
@@ -124,19 +144,6 @@ fn vrcs_relative(mask: u32, home: u32) -> u32 {
     }
     let _e63 = relative;
     return _e63;
-}
-
-fn vrcs_members_in_extent(block: vec2<u32>, mask_1: u32) -> u32 {
-    let _e4 = vrcs_params.extent;
-    let _e8 = vrcs_params.extent;
-    let room = min((_e4.xy - min(block, _e8.xy)), vec2(4u));
-    let columns = (((1u << room.x) - 1u) * 4369u);
-    let rows = ((1u << (room.y * 4u)) - 1u);
-    return ((mask_1 & columns) & rows);
-}
-
-fn vrcs_members(block_1: vec2<u32>, z: u32, mask_2: u32) -> u32 {
-    return mask_2;
 }
 
 fn vrcs_take_inside(pixel_1: vec3<u32>, nominal: u32, mask_3: u32) -> bool {
@@ -170,38 +177,46 @@ fn vrcs_take_inside(pixel_1: vec3<u32>, nominal: u32, mask_3: u32) -> bool {
     return true;
 }
 
+fn vrcs_take_block(origin: vec2<u32>, z_1: u32, width: u32, number_1: u32, code: u32, phase_1: u32) -> bool {
+    let rate_1 = vec2<u32>((code >> 2u), (code & 3u));
+    let size_2 = (vec2(1u) << rate_1);
+    let _e16 = vrcs_divided(number_1, (width >> rate_1.x));
+    let corner_1 = (origin + (_e16 << rate_1));
+    let _e19 = vrcs_flip(rate_1, corner_1, phase_1);
+    let pixel_4 = vec3<u32>((corner_1 ^ vec2<u32>((_e19 & 3u), (_e19 >> 2u))), z_1);
+    let row = ((1u << size_2.x) - 1u);
+    let rows_1 = (4369u & ((1u << (size_2.y * 4u)) - 1u));
+    let _e47 = vrcs_is_whole(vec3<u32>(corner_1, z_1), vec3<u32>(((corner_1 + size_2) - vec2(1u)), z_1));
+    if _e47 {
+        vrcs_pixel = pixel_4;
+        vrcs_copies = ((row * rows_1) & 4294967294u);
+        return true;
+    }
+    let mask_5 = ((row << (corner_1.x & 3u)) * (rows_1 << ((corner_1.y & 3u) * 4u)));
+    let _e74 = vrcs_take_inside(pixel_4, ((pixel_4.x & 3u) | ((pixel_4.y & 3u) << 2u)), mask_5);
+    return _e74;
+}
+
 fn vrcs_take(pixel_2: vec3<u32>, mask_4: u32) -> bool {
     var local_2: bool;
 
     let home_2 = ((pixel_2.x & 3u) | ((pixel_2.y & 3u) << 2u));
     let near_2 = vec3<u32>((pixel_2.xy & vec2(4294967292u)), pixel_2.z);
     if (((mask_4 >> home_2) & 1u) != 0u) {
-        let _e29 = vrcs_is_whole(near_2, (near_2 + vec3<u32>(3u, 3u, 0u)));
-        local_2 = _e29;
+        let _e30 = vrcs_is_whole(near_2, vec3<u32>((pixel_2.xy | vec2(3u)), pixel_2.z));
+        local_2 = _e30;
     } else {
         local_2 = false;
     }
-    let _e31 = local_2;
-    if _e31 {
+    let _e32 = local_2;
+    if _e32 {
         vrcs_pixel = pixel_2;
-        let _e34 = vrcs_relative(mask_4, home_2);
-        vrcs_copies = (_e34 & 4294967294u);
+        let _e35 = vrcs_relative(mask_4, home_2);
+        vrcs_copies = (_e35 & 4294967294u);
         return true;
     }
-    let _e38 = vrcs_take_inside(pixel_2, home_2, mask_4);
-    return _e38;
-}
-
-fn vrcs_take_block(origin: vec2<u32>, z_1: u32, width: u32, number: u32, code: u32, phase_1: u32) -> bool {
-    let rate_1 = vec2<u32>((code >> 2u), (code & 3u));
-    let across = (width >> rate_1.x);
-    let corner_1 = (origin + (vec2<u32>((number % across), (number / across)) << rate_1));
-    let size_2 = (vec2(1u) << rate_1);
-    let row = (((1u << size_2.x) - 1u) << (corner_1.x & 3u));
-    let rows_1 = ((4369u & ((1u << (size_2.y * 4u)) - 1u)) << ((corner_1.y & 3u) * 4u));
-    let _e45 = vrcs_flip(rate_1, corner_1, phase_1);
-    let _e54 = vrcs_take(vec3<u32>((corner_1 ^ vec2<u32>((_e45 & 3u), (_e45 >> 2u))), z_1), (row * rows_1));
-    return _e54;
+    let _e39 = vrcs_take_inside(pixel_2, home_2, mask_4);
+    return _e39;
 }
 
 fn vrcs_take_tiled(origin_1: vec2<u32>, z_2: u32, entry: u32) -> bool {
@@ -263,19 +278,17 @@ fn vrcs_delta(k_1: u32) -> vec2<i32> {
 
 fn vrcs_copy_picture(at: vec2<u32>, value: vec4<f32>) {
     let _e4 = vrcs_copies;
-    if (_e4 != 0u) {
-        if ((_e4 & 2u) != 0u) {
-            let _e10 = vrcs_delta(1u);
-            textureStore(picture, (at + vec2<u32>(_e10)), value);
-        }
-        if ((_e4 & 16u) != 0u) {
-            let _e18 = vrcs_delta(4u);
-            textureStore(picture, (at + vec2<u32>(_e18)), value);
-        }
-        if ((_e4 & 32u) != 0u) {
-            let _e26 = vrcs_delta(5u);
-            textureStore(picture, (at + vec2<u32>(_e26)), value);
-        }
+    if ((_e4 & 2u) != 0u) {
+        let _e9 = vrcs_delta(1u);
+        textureStore(picture, (at + vec2<u32>(_e9)), value);
+    }
+    if ((_e4 & 16u) != 0u) {
+        let _e17 = vrcs_delta(4u);
+        textureStore(picture, (at + vec2<u32>(_e17)), value);
+    }
+    if ((_e4 & 32u) != 0u) {
+        let _e25 = vrcs_delta(5u);
+        textureStore(picture, (at + vec2<u32>(_e25)), value);
     }
     return;
 }
@@ -283,8 +296,8 @@ fn vrcs_copy_picture(at: vec2<u32>, value: vec4<f32>) {
 fn main_inner(id: vec3<u32>) {
     let _e2 = id.xy;
     let _e10 = vec4<f32>((vec2<f32>(id.xy) / vec2(64f)), 0f, 1f);
-    textureStore(picture, _e2, _e10);
     vrcs_copy_picture(_e2, _e10);
+    textureStore(picture, _e2, _e10);
     return;
 }
 

@@ -51,8 +51,8 @@ fn shade_inner(id: vec3<u32>) {
     let _e18 = bits;
     let row_1 = ((id.y ^ 1u) >> _e18);
     let _e23 = vec4(1f);
-    textureStore(picture, vec2<u32>(column, row_1), _e23);
     vrcs_copy_picture(_e23);
+    textureStore(picture, vec2<u32>(column, row_1), _e23);
     return;
 }
 
