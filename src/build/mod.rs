@@ -537,7 +537,7 @@ impl Entry {
 
 /// A tile as the classified lists have it: its column in the low half, its row in the high one, so that a shader need not divide.
 pub fn tile_place(number: u32, tiles_per_row: u32) -> u32 {
-    number % tiles_per_row | number / tiles_per_row << 16
+    (number % tiles_per_row) | ((number / tiles_per_row) << 16)
 }
 
 /// Workgroups in a row of an indirect dispatch by a list: wgpu takes at most 65,535 on an axis, and a shader that knows the row beforehand
