@@ -141,8 +141,11 @@ impl Session<'_> {
         })
     }
 
-    /// What becomes of a target's stores: what the rewriter took where nothing was said.
+    /// What becomes of a target's stores: what was asked for, and what the rewriter took where nothing was said.
     fn policy(&self, name: &str) -> Policy {
+        if let Some(&asked_for) = self.job.options.targets.get(name) {
+            return asked_for;
+        }
         let targets = &self.rewritten.manifest.entries[0].targets;
         let target = targets.iter().find(|target| target.name == name);
         target.map_or_else(|| self.job.options.policy(name), |target| target.policy)

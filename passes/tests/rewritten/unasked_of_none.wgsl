@@ -30,38 +30,34 @@ var edges: texture_storage_2d<rgba8unorm,write>;
 
 fn vrcs_copy_picture(at: vec2<u32>, value: vec4<f32>) {
     let _e4 = vrcs_copies;
-    if (_e4 != 0u) {
-        if ((_e4 & 2u) != 0u) {
-            let _e10 = vrcs_delta(1u);
-            textureStore(picture, (at + vec2<u32>(_e10)), value);
-        }
-        if ((_e4 & 16u) != 0u) {
-            let _e18 = vrcs_delta(4u);
-            textureStore(picture, (at + vec2<u32>(_e18)), value);
-        }
-        if ((_e4 & 32u) != 0u) {
-            let _e26 = vrcs_delta(5u);
-            textureStore(picture, (at + vec2<u32>(_e26)), value);
-        }
+    if ((_e4 & 2u) != 0u) {
+        let _e9 = vrcs_delta(1u);
+        textureStore(picture, (at + vec2<u32>(_e9)), value);
+    }
+    if ((_e4 & 16u) != 0u) {
+        let _e17 = vrcs_delta(4u);
+        textureStore(picture, (at + vec2<u32>(_e17)), value);
+    }
+    if ((_e4 & 32u) != 0u) {
+        let _e25 = vrcs_delta(5u);
+        textureStore(picture, (at + vec2<u32>(_e25)), value);
     }
     return;
 }
 
 fn vrcs_copy_edges(at_1: vec2<u32>, value_1: vec4<f32>) {
     let _e4 = vrcs_copies;
-    if (_e4 != 0u) {
-        if ((_e4 & 2u) != 0u) {
-            let _e10 = vrcs_delta(1u);
-            textureStore(edges, (at_1 + vec2<u32>(_e10)), value_1);
-        }
-        if ((_e4 & 16u) != 0u) {
-            let _e18 = vrcs_delta(4u);
-            textureStore(edges, (at_1 + vec2<u32>(_e18)), value_1);
-        }
-        if ((_e4 & 32u) != 0u) {
-            let _e26 = vrcs_delta(5u);
-            textureStore(edges, (at_1 + vec2<u32>(_e26)), value_1);
-        }
+    if ((_e4 & 2u) != 0u) {
+        let _e9 = vrcs_delta(1u);
+        textureStore(edges, (at_1 + vec2<u32>(_e9)), value_1);
+    }
+    if ((_e4 & 16u) != 0u) {
+        let _e17 = vrcs_delta(4u);
+        textureStore(edges, (at_1 + vec2<u32>(_e17)), value_1);
+    }
+    if ((_e4 & 32u) != 0u) {
+        let _e25 = vrcs_delta(5u);
+        textureStore(edges, (at_1 + vec2<u32>(_e25)), value_1);
     }
     return;
 }
@@ -69,13 +65,13 @@ fn vrcs_copy_edges(at_1: vec2<u32>, value_1: vec4<f32>) {
 fn main_inner(id: vec3<u32>) {
     let _e2 = id.xy;
     let _e7 = (vec4<f32>(id.xyxy) / vec4(64f));
-    textureStore(picture, _e2, _e7);
     vrcs_copy_picture(_e2, _e7);
+    textureStore(picture, _e2, _e7);
     if ((id.x & 3u) == 0u) {
         let _e14 = id.xy;
         let _e16 = vec4(1f);
-        textureStore(edges, _e14, _e16);
         vrcs_copy_edges(_e14, _e16);
+        textureStore(edges, _e14, _e16);
         return;
     } else {
         return;
