@@ -262,6 +262,8 @@ fn transparents() -> Result<String, String> {
                     threshold,
                     ..Content::default()
                 },
+                // of each quad, as the rates are; by default it is of tiles of its own, whose estimate is another
+                attachment: Granularity::Quad,
                 ..Settings::default()
             };
             let run = |colour: &[[f32; 4]], after: Option<&[[f32; 4]]>| {
