@@ -17,8 +17,9 @@ use crate::{
     transform::bindings::{self, Placement},
 };
 
-/// The version of the manifest's form.
-pub const VERSION: u32 = 1;
+/// The version of the manifest's form, and of that of the lists that a rewritten shader reads: 2 since an entry tells its duplicates as the
+/// primary sees them, and workgroups stand in rows of 32.
+pub const VERSION: u32 = 2;
 
 /// What is known of a rewritten module.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
