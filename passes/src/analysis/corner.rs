@@ -118,40 +118,32 @@ fn fixed(condition: TermId, holds: bool, terms: &Terms) -> Option<Asked> {
 /// How a number moves; `None` if it may do either, or wrap around.
 fn trend(value: TermId, terms: &Terms) -> Option<Trend> {
     match *terms.get(value) {
-        Term::As(ScalarKind::Sint | ScalarKind::Uint, Some(4..), inner)
-            if is_small(inner, terms) =>
-        {
-            trend(inner, terms)
-        }
         // a conversion rounds, and keeps the order
-        Term::As(ScalarKind::Float, Some(_), inner) if is_integer_trend(inner, terms) => {
-            trend(inner, terms)
-        }
-        // an offset below zero stays one, where there is a sign
-        Term::Binary(BinaryOperator::Subtract, a, b)
-            if is_signed_id(a, terms) && is_added(b, terms) =>
-        {
-            Some(Trend::Up)
-        }
-        _ if is_small(value, terms) => Some(Trend::Up),
+        Term::As(ScalarKind::Float, Some(_), inner) if grows(inner, terms) => Some(Trend::Up),
+        _ if grows(value, terms) => Some(Trend::Up),
         _ => does_not_move(value, terms).then_some(Trend::Fixed),
     }
 }
 
-fn is_integer_trend(value: TermId, terms: &Terms) -> bool {
-    let is_float = matches!(terms.get(value), Term::As(ScalarKind::Float, ..));
-    !is_float && trend(value, terms) == Some(Trend::Up)
+/// Whether an integer grows along the block.
+fn grows(value: TermId, terms: &Terms) -> bool {
+    match *terms.get(value) {
+        // an offset below zero stays one, where there is a sign
+        Term::Binary(BinaryOperator::Subtract, a, b) => {
+            is_signed_id(a, terms) && is_added(b, terms)
+        }
+        _ => is_small(value, terms),
+    }
 }
 
 /// Whether a value is an id that grows along the block, or such a one and a number, far from where integers wrap around.
 fn is_small(value: TermId, terms: &Terms) -> bool {
     match *terms.get(value) {
-        Term::Id(Id::Global(_) | Id::Group(_)) => true,
         Term::As(ScalarKind::Sint | ScalarKind::Uint, Some(4..), inner) => is_small(inner, terms),
         Term::Binary(BinaryOperator::Add, a, b) => {
             (is_id(a, terms) && is_added(b, terms)) || (is_id(b, terms) && is_added(a, terms))
         }
-        _ => false,
+        _ => is_id(value, terms),
     }
 }
 
@@ -173,21 +165,11 @@ fn is_added(value: TermId, terms: &Terms) -> bool {
 
 /// Whether no id has a part in a value.
 fn does_not_move(value: TermId, terms: &Terms) -> bool {
-    let mut open = vec![value];
-    let mut seen = rustc_hash::FxHashSet::default();
-    while let Some(term) = open.pop() {
-        if !seen.insert(term) {
-            continue;
+    !terms.is_any_below(&[value], |term| match term {
+        Term::Id(id) => !matches!(id, Id::GroupCount(_)),
+        Term::Opaque { .. } | Term::LoopVar { .. } | Term::LoopExit { .. } | Term::Merge { .. } => {
+            true
         }
-        match *terms.get(term) {
-            Term::Id(Id::GroupCount(_)) => {}
-            Term::Id(_)
-            | Term::Opaque { .. }
-            | Term::LoopVar { .. }
-            | Term::LoopExit { .. }
-            | Term::Merge { .. } => return false,
-            _ => terms.operands(term, &mut |operand| open.push(operand)),
-        }
-    }
-    true
+        _ => false,
+    })
 }

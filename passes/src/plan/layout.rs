@@ -1,7 +1,5 @@
 //! How what is stored lies against the grid of invocations: at pixels whose neighbours are others.
 
-use rustc_hash::FxHashSet;
-
 use super::{CopyPlan, How, Planner};
 use crate::{
     analysis::{
@@ -53,20 +51,10 @@ impl Planner<'_> {
 
     /// Whether an id of some kind has a part in terms, what is not followed included.
     fn has_id(&self, terms: &[TermId], is: impl Fn(Id) -> bool) -> bool {
-        let graph = &self.found.terms;
-        let mut open = terms.to_vec();
-        let mut seen = FxHashSet::default();
-        while let Some(term) = open.pop() {
-            if !seen.insert(term) {
-                continue;
-            }
-            match *graph.get(term) {
-                Term::Id(id) if is(id) => return true,
-                Term::Id(_) => {}
-                Term::LoopVar { .. } | Term::LoopExit { .. } => return true,
-                _ => graph.operands(term, &mut |operand| open.push(operand)),
-            }
-        }
-        false
+        self.found.terms.is_any_below(terms, |term| match *term {
+            Term::Id(id) => is(id),
+            Term::LoopVar { .. } | Term::LoopExit { .. } => true,
+            _ => false,
+        })
     }
 }

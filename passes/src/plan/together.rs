@@ -9,7 +9,7 @@
 //! Where nothing is found, addresses are taken to be one-to-one, as a Morton order's are.
 
 use naga::{BinaryOperator, Literal};
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashMap;
 
 use super::{CopyPlan, Planner};
 use crate::{
@@ -103,22 +103,15 @@ impl Planner<'_> {
     /// Whether an address is the same for all invocations of a workgroup, and another for each workgroup.
     fn moves_by_groups(&self, access: usize) -> bool {
         let terms = &self.found.terms;
-        let mut open = self.access(access).address.terms();
-        let mut seen = FxHashSet::default();
-        let mut by_group = false;
-        while let Some(term) = open.pop() {
-            if !seen.insert(term) {
-                continue;
-            }
-            match *terms.get(term) {
-                Term::Id(Id::Group(_)) => by_group = true,
-                Term::Id(Id::GroupCount(_)) => {}
-                // what a loop makes of a variable is not followed
-                Term::Id(_) | Term::LoopVar { .. } | Term::LoopExit { .. } => return false,
-                _ => terms.operands(term, &mut |operand| open.push(operand)),
-            }
-        }
-        by_group
+        let address = self.access(access).address.terms();
+        let is_group = |term: &Term| matches!(term, Term::Id(Id::Group(_)));
+        // what a loop makes of a variable is not followed
+        let is_other = |term: &Term| match term {
+            Term::Id(Id::Group(_) | Id::GroupCount(_)) => false,
+            Term::Id(_) | Term::LoopVar { .. } | Term::LoopExit { .. } => true,
+            _ => false,
+        };
+        !terms.is_any_below(&address, is_other) && terms.is_any_below(&address, is_group)
     }
 
     /// Two pixels that store to the same place.
@@ -187,24 +180,16 @@ impl Planner<'_> {
     /// alone: pixels of two may lie anywhere, and further apart than a row is long.
     fn tried(&self, steps: &[Step]) -> [u32; 2] {
         let terms = &self.found.terms;
-        let mut open: Vec<TermId> = steps
+        let computed: Vec<TermId> = steps
             .iter()
             .filter_map(|step| match *step {
                 Step::Dynamic(term) => Some(term),
                 Step::Index(_) => None,
             })
             .collect();
-        let mut seen = FxHashSet::default();
-        let mut by_group = false;
-        while let Some(term) = open.pop() {
-            if seen.insert(term) {
-                by_group |= matches!(
-                    terms.get(term),
-                    Term::Id(Id::Local(_) | Id::LocalIndex | Id::Group(_))
-                );
-                terms.operands(term, &mut |operand| open.push(operand));
-            }
-        }
+        let by_group = terms.is_any_below(&computed, |term| {
+            matches!(term, Term::Id(Id::Local(_) | Id::LocalIndex | Id::Group(_)))
+        });
         [0, 1].map(|axis| {
             let side = integer(terms.as_literal(self.found.group_size[axis]));
             match side.and_then(|side| u32::try_from(side).ok()) {

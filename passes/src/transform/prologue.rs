@@ -103,11 +103,18 @@ pub(super) fn import_domain(
     let params = imports.global(&prelude, module, "vrcs_params");
     imports.unhook();
     if !domain.is_empty() {
-        let function = domain_function(module, terms, group_size, entry, domain, params);
+        let width = terms.width;
+        let ids_of = |pixel| Ids {
+            pixel,
+            group_size,
+            params,
+            width,
+        };
+        let function = domain_function(module, terms, entry, domain, ids_of);
         imports.hook("vrcs_in_domain", function);
         let members = imports.function(&prelude, module, "vrcs_members_in_domain");
         imports.hook("vrcs_members", members);
-        let throughout = throughout_function(module, terms, group_size, entry, domain, params);
+        let throughout = throughout_function(module, terms, entry, domain, ids_of);
         imports.hook("vrcs_holds_throughout", throughout);
     }
     (prelude, params)
@@ -117,63 +124,47 @@ pub(super) fn import_domain(
 fn domain_function(
     module: &mut Module,
     terms: &mut Terms,
-    group_size: [TermId; 3],
     entry: usize,
     domain: &[Formula],
-    params: Handle<GlobalVariable>,
+    ids_of: impl Fn(Handle<Expression>) -> Ids,
 ) -> Handle<Function> {
     let holds = guard::all(domain, terms);
-    let pixel = build::numeric(&mut module.types, build::vector_size(3), Scalar::U32);
-    let boolean = build::numeric(&mut module.types, None, Scalar::BOOL);
-    let (mut function, arguments) =
-        build::function("vrcs_in_domain", &[("pixel", pixel)], Some(boolean));
-    let mut code = Code::new(&mut module.types, &mut function, Span::UNDEFINED);
-    let ids = Ids {
-        pixel: arguments[0],
-        group_size,
-        params,
-        width: terms.width,
-    };
-    let value = Recompute::new(terms, entry, ids, []).emit(&mut code, holds);
-    code.push(naga::Statement::Return { value: Some(value) });
-    function.body = code.finish();
-    module.functions.append(function, Span::UNDEFINED)
+    predicate(module, "vrcs_in_domain", ["pixel"], |code, [pixel]| {
+        Recompute::new(terms, entry, ids_of(pixel), []).emit(code, holds)
+    })
 }
 
 /// Whether a block lies in the shader's domain as a whole, as a function of its least and greatest ids: false where that is not known.
 fn throughout_function(
     module: &mut Module,
     terms: &Terms,
-    group_size: [TermId; 3],
     entry: usize,
     domain: &[Formula],
-    params: Handle<GlobalVariable>,
+    ids_of: impl Fn(Handle<Expression>) -> Ids,
+) -> Handle<Function> {
+    let name = "vrcs_in_domain_throughout";
+    predicate(module, name, ["near", "far"], |code, corners| {
+        let [near, far] = corners.map(|pixel| Recompute::new(terms, entry, ids_of(pixel), []));
+        match corner::of_all(domain, terms) {
+            Some(asked) => Corners { near, far }.emit(code, &asked),
+            None => code.bool(false),
+        }
+    })
+}
+
+/// A function of pixels that says yes or no.
+fn predicate<const N: usize>(
+    module: &mut Module,
+    name: &str,
+    of: [&str; N],
+    write: impl FnOnce(&mut Code, [Handle<Expression>; N]) -> Handle<Expression>,
 ) -> Handle<Function> {
     let pixel = build::numeric(&mut module.types, build::vector_size(3), Scalar::U32);
     let boolean = build::numeric(&mut module.types, None, Scalar::BOOL);
-    let (mut function, arguments) = build::function(
-        "vrcs_in_domain_throughout",
-        &[("near", pixel), ("far", pixel)],
-        Some(boolean),
-    );
+    let arguments = of.map(|name| (name, pixel));
+    let (mut function, arguments) = build::function(name, &arguments, Some(boolean));
     let mut code = Code::new(&mut module.types, &mut function, Span::UNDEFINED);
-    let at = |pixel| {
-        let ids = Ids {
-            pixel,
-            group_size,
-            params,
-            width: terms.width,
-        };
-        Recompute::new(terms, entry, ids, [])
-    };
-    let mut corners = Corners {
-        near: at(arguments[0]),
-        far: at(arguments[1]),
-    };
-    let value = match corner::of_all(domain, terms) {
-        Some(asked) => corners.emit(&mut code, &asked),
-        None => code.bool(false),
-    };
+    let value = write(&mut code, std::array::from_fn(|index| arguments[index]));
     code.push(naga::Statement::Return { value: Some(value) });
     function.body = code.finish();
     module.functions.append(function, Span::UNDEFINED)

@@ -22,7 +22,7 @@ use naga::{
     Literal, MathFunction, Module, Override, RelationalFunction, Scalar, ScalarKind,
     SwizzleComponent, Type, TypeInner, UnaryOperator, VectorSize,
 };
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::FunctionRef;
 
@@ -483,6 +483,22 @@ impl<'a> Terms<'a> {
             self.loaded(global, path),
             Some(TypeInner::Struct { .. } | TypeInner::Array { .. })
         )
+    }
+
+    /// Whether any of some terms, or of all that they are made of, is such a one.
+    pub fn is_any_below(&self, from: &[TermId], is: impl Fn(&Term) -> bool) -> bool {
+        let mut open = from.to_vec();
+        let mut seen = FxHashSet::default();
+        while let Some(id) = open.pop() {
+            if !seen.insert(id) {
+                continue;
+            }
+            if is(self.get(id)) {
+                return true;
+            }
+            self.operands(id, &mut |operand| open.push(operand));
+        }
+        false
     }
 
     /// Calls `visit` on every term that a term is made of, the values around its loop included.
