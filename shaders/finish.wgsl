@@ -74,20 +74,22 @@ fn conclude() {
     argue(3u, (covered + sky + params.tile_area - 1u) / params.tile_area);
 #endif
 #ifdef CLASSIFIED
-    var groups = vec2<u32>(0u);
+    let mixed = vec2<u32>(counted[C_MIXED], counted[C_MIXED + 1u]);
+    classified[14] = mixed.x;
+    classified[15] = mixed.y;
+    // workgroups up to the end of each segment: without sky, and with it
+    var groups = (vec2<u32>(mixed.x, mixed.x + mixed.y) + params.tile_area - 1u) / params.tile_area;
     for (var rate = 0u; rate < 7u; rate++) {
         let pixels = pixels_of(rate);
         let tiles = vec2<u32>(counted[C_TILES + rate], counted[C_TILES + 7u + rate]);
         groups += (vec2<u32>(tiles.x, tiles.x + tiles.y) + pixels - 1u) / pixels;
         classified[rate] = tiles.x;
         classified[rate + 7u] = tiles.y;
+        classified[rate + 16u] = groups.x;
+        classified[rate + 23u] = groups.y;
     }
-    let mixed = vec2<u32>(counted[C_MIXED], counted[C_MIXED + 1u]);
-    classified[14] = mixed.x;
-    classified[15] = mixed.y;
-    groups += (vec2<u32>(mixed.x, mixed.x + mixed.y) + params.tile_area - 1u) / params.tile_area;
     argue(6u, groups.x);
     argue(9u, groups.y);
-    classified[18] = params.phase;
+    classified[30] = params.phase;
 #endif
 }

@@ -18,8 +18,8 @@ use crate::{
 };
 
 /// The version of the manifest's form, and of that of the lists that a rewritten shader reads: 2 since an entry tells its duplicates as the
-/// primary sees them, and workgroups stand in rows of 32.
-pub const VERSION: u32 = 2;
+/// primary sees them, and workgroups stand in rows of 32; 3 since classified lists tell where the segments of their rates end.
+pub const VERSION: u32 = 3;
 
 /// What is known of a rewritten module.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

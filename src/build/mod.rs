@@ -37,8 +37,10 @@
 //! | 0 to 6 | tiles of covered pixels that are one rate throughout, by [rate](rate_index); rate 0 is identity |
 //! | 7 to 13 | the same of sky |
 //! | 14, 15 | entries of mixed tiles: of covered pixels, and of sky |
-//! | 16, 17 | not used |
-//! | 18 | the [phase](primary::Order::code) |
+//! | 16 to 22 | workgroups up to the end of each rate's segment, that of mixed tiles standing first: of covered pixels |
+//! | 23 to 29 | the same where sky is shaded, too |
+//! | 30 | the [phase](primary::Order::code) |
+//! | 31 | not used |
 //! | from [`CLASSIFIED_HEADER`] on | for each rate, room for all tiles' [places](tile_place), those of sky from the end downwards |
 //! | then | the entries of mixed tiles, as in the list |
 //!

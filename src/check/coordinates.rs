@@ -121,7 +121,10 @@ fn classified(coordinates: &Coordinates, sky: Sky, rng: &mut Rng) -> (Vec<u32>, 
     let lists = coordinates.classified();
     let mut words = leftovers(layout.classified_bytes(), coordinates.extent, rng);
     let area = coordinates.options.area();
-    let mut groups = [0, 0];
+    let mixed = [0, 1].map(|of| lists.mixed[of].len() as u32);
+    words[14] = mixed[0];
+    words[15] = mixed[1];
+    let mut groups = [mixed[0], mixed[0] + mixed[1]].map(|entries| entries.div_ceil(area));
     for rate in 0..RATES {
         let pixels = crate::Rate::ALL[rate].width() * crate::Rate::ALL[rate].height();
         let counts = [0, 1].map(|of| lists.tiles[of][rate].len() as u32);
@@ -129,6 +132,8 @@ fn classified(coordinates: &Coordinates, sky: Sky, rng: &mut Rng) -> (Vec<u32>, 
         words[rate + RATES] = counts[1];
         groups[0] += counts[0].div_ceil(pixels);
         groups[1] += (counts[0] + counts[1]).div_ceil(pixels);
+        words[16 + rate] = groups[0];
+        words[16 + RATES + rate] = groups[1];
         let region = (CLASSIFIED_HEADER + rate as u32 * layout.tiles) as usize;
         for (place, tile) in lists.tiles[0][rate].iter().enumerate() {
             words[region + place] = *tile;
@@ -137,13 +142,8 @@ fn classified(coordinates: &Coordinates, sky: Sky, rng: &mut Rng) -> (Vec<u32>, 
             words[region + layout.tiles as usize - 1 - place] = *tile;
         }
     }
-    let counts = [0, 1].map(|of| lists.mixed[of].len() as u32);
-    words[14] = counts[0];
-    words[15] = counts[1];
-    groups[0] += counts[0].div_ceil(area);
-    groups[1] += (counts[0] + counts[1]).div_ceil(area);
     let rows = groups.map(|groups| grid(groups, rng));
-    words[18] = coordinates.order.code();
+    words[30] = coordinates.order.code();
     put_entries(&mut words, layout.mixed(), coordinates, lists.mixed, rng);
     put_user(&mut words, coordinates);
     (words, rows[usize::from(sky == Sky::Shade)])
@@ -468,7 +468,9 @@ fn compare_classified(
 ) -> Result<(), Difference> {
     let wanted = twin.classified();
     let got = &built.classified;
-    let mut groups = [0, 0];
+    let mixed = [got[14], got[15]];
+    let area = twin.options.area();
+    let mut groups = [mixed[0], mixed[0] + mixed[1]].map(|entries| entries.div_ceil(area));
     for rate in 0..RATES {
         let region = (CLASSIFIED_HEADER + rate as u32 * layout.tiles) as usize;
         let counts = [got[rate], got[rate + RATES]];
@@ -489,13 +491,11 @@ fn compare_classified(
         let pixels = crate::Rate::ALL[rate].width() * crate::Rate::ALL[rate].height();
         groups[0] += counts[0].div_ceil(pixels);
         groups[1] += (counts[0] + counts[1]).div_ceil(pixels);
+        let ends = [got[16 + rate], got[16 + RATES + rate]];
+        differ(|| format!("the end of rate {rate}"), groups, ends)?;
     }
-    let counts = [got[14], got[15]];
-    let area = twin.options.area();
-    groups[0] += counts[0].div_ceil(area);
-    groups[1] += (counts[0] + counts[1]).div_ceil(area);
-    let entries = read_entries(twin, got, layout.mixed(), counts)?;
+    let entries = read_entries(twin, got, layout.mixed(), mixed)?;
     compare_lists("mixed tiles", wanted.mixed, entries)?;
-    differ(|| "phase".to_owned(), twin.order.code(), got[18])?;
+    differ(|| "phase".to_owned(), twin.order.code(), got[30])?;
     compare_arguments(&built.arguments[6..12], groups)
 }
