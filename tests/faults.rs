@@ -147,10 +147,10 @@ fn a_block_that_the_domain_begins_in_is_taken_for_whole() {
 
 #[test]
 fn a_block_that_the_extent_ends_in_is_taken_for_whole() {
-    let from = "(pixel_2.xy | vec2(3u))";
+    let from = "(pixel_3.xy | vec2(3u))";
     for to in [
-        "vec2<u32>(pixel_2.x, pixel_2.y | 3u)",
-        "vec2<u32>(pixel_2.x | 3u, pixel_2.y)",
+        "vec2<u32>(pixel_3.x, pixel_3.y | 3u)",
+        "vec2<u32>(pixel_3.x | 3u, pixel_3.y)",
     ] {
         caught("plain", from, to);
     }
@@ -158,10 +158,10 @@ fn a_block_that_the_extent_ends_in_is_taken_for_whole() {
 
 #[test]
 fn a_quad_that_the_extent_ends_in_is_taken_for_whole() {
-    let from = "(pixel_3.xy | vec2(1u))";
+    let from = "(pixel_4.xy | vec2(1u))";
     for to in [
-        "vec2<u32>(pixel_3.x, pixel_3.y | 1u)",
-        "vec2<u32>(pixel_3.x | 1u, pixel_3.y)",
+        "vec2<u32>(pixel_4.x, pixel_4.y | 1u)",
+        "vec2<u32>(pixel_4.x | 1u, pixel_4.y)",
     ] {
         in_mode(Mode::List, from, to);
     }
@@ -172,6 +172,25 @@ fn a_group_whose_primary_lies_outside_the_domain_is_lost() {
     // an odd border leaves the first pixels of groups outside
     let border = [("border", 3.0)];
     caught_with("guarded", "= firstTrailingBit(_e9);", "= 16u;", &border);
+}
+
+#[test]
+fn the_domain_is_not_asked_of_a_pixel_that_is_alone() {
+    // the author's guard is gone, since the prologue asks
+    let border = [("border", 3.0)];
+    let options = Options {
+        mode: Mode::List,
+        ..Options::default()
+    };
+    let each = "members = mask;\n    left = mask;";
+    let but_one = "members = mask;\n    left = select(mask, 0u, countOneBits(mask) == 1u);";
+    let whole = "let _e2 = vrcs_in_domain(pixel_2);";
+    for (options, from, to) in [
+        (&Options::default(), whole, "let _e2 = true;"),
+        (&options, each, but_one),
+    ] {
+        caught_in(&common::shader("guarded"), options, (from, to), &border);
+    }
 }
 
 #[test]
@@ -344,6 +363,12 @@ fn a_class_of_tiles_has_its_rates_transposed() {
         "let rate_6 = vec2<u32>((code >> 2u), (code & 3u));",
         "let rate_6 = vec2<u32>((code & 3u), (code >> 2u));",
     );
+}
+
+#[test]
+fn a_class_of_tiles_starts_where_others_do() {
+    let from = "(number_5 - ends.z)";
+    in_mode(Mode::Classified, from, "number_5");
 }
 
 #[test]

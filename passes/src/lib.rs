@@ -85,7 +85,10 @@ use manifest::Manifest;
 pub use options::Options;
 use options::{MaxRate, Mode, Policy};
 pub use source::Source;
-use transform::bindings::Placement;
+use transform::{
+    bindings::Placement,
+    settled::{Settled, with_settled},
+};
 
 /// Which entry points to rewrite.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -460,6 +463,8 @@ struct Rewriter<'r> {
     rewritten: Vec<usize>,
     /// Each clone, and what it was made from.
     clones: Vec<(usize, FunctionRef, Handle<Function>)>,
+    /// Each entry point's conditions that are literals now.
+    settled: BTreeMap<usize, Vec<Settled>>,
     /// Each entry point that was split, and what it became.
     split: Vec<(usize, Handle<Function>)>,
     warnings: Vec<(String, Finding)>,
@@ -486,6 +491,7 @@ impl<'r> Rewriter<'r> {
             manifest: Manifest::new(),
             rewritten: Vec::new(),
             clones: Vec::new(),
+            settled: BTreeMap::new(),
             split: Vec::new(),
             warnings: Vec::new(),
         })
@@ -543,6 +549,7 @@ impl<'r> Rewriter<'r> {
                 .into_iter()
                 .map(|(of, clone)| (index, of, clone)),
         );
+        self.settled.insert(index, applied.settled);
         self.split.extend(applied.split.map(|split| (index, split)));
         self.manifest.entries.push(manifest::entry(
             self.author.0,
@@ -571,12 +578,21 @@ impl<'r> Rewriter<'r> {
             )
         };
         verify::check(&self.module).map_err(|broken| defect(broken.to_string()))?;
-        let clones: Vec<(&Function, &Function)> = self
+        let before: Vec<Function> = self
             .clones
             .iter()
-            .map(|&(entry, of, clone)| {
-                (of.get(self.original, entry), &self.module.functions[clone])
+            .map(|&(entry, of, _)| {
+                let function = of.get(self.original, entry);
+                match (of, self.settled.get(&entry)) {
+                    (FunctionRef::Entry, Some(settled)) => with_settled(function, settled),
+                    _ => function.clone(),
+                }
             })
+            .collect();
+        let after = self.clones.iter();
+        let clones: Vec<(&Function, &Function)> = before
+            .iter()
+            .zip(after.map(|&(_, _, clone)| &self.module.functions[clone]))
             .collect();
         verify::follows(self.original, &self.module, &self.rewritten, &clones)
             .map_err(|broken| defect(broken.to_string()))?;

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use vrcs_passes::{Color, Entries, Options, Source, emit, input, rewrite};
 
 /// Functions, types and variables of the prelude.
-const PRELUDE: [&str; 30] = [
+const PRELUDE: [&str; 32] = [
     "struct VrcsParams",
     "const VRCS_",
     "var<uniform> vrcs_params",
@@ -18,6 +18,8 @@ const PRELUDE: [&str; 30] = [
     "var<private> vrcs_tile",
     "var<private> vrcs_copies",
     "fn vrcs_is_inside",
+    "fn vrcs_is_shaded",
+    "fn vrcs_each_in_domain",
     "fn vrcs_is_whole",
     "fn vrcs_holds_throughout",
     "fn vrcs_members",

@@ -18,7 +18,7 @@
 //!
 //! - rule 8: the author's functions, types, constants, overrides, globals and other entry points are what they were;
 //! - rule 9: in a clone, the author's statements stand in the same order, each once, with nothing but calls and stores to
-//!   private variables of ours between them.
+//!   private variables of ours between them. What it was made from has conditions that are [settled](crate::transform::settled) as literals.
 //!
 //! [`barriers`] checks one more, of an entry point with barriers:
 //!
@@ -346,7 +346,7 @@ pub fn follows(
         }
     }
     for (before, after) in clones {
-        if !keeps_statements(&before.body, &after.body) {
+        if !(Both { before, after }).keeps_statements(&before.body, &after.body) {
             let name = after.name.as_deref().unwrap_or_default();
             return broken(9, name, "the author's statements have changed");
         }
@@ -457,30 +457,89 @@ fn is_same_function(before: &Function, after: &Function) -> bool {
     before.name == after.name
         && before.expressions.len() == after.expressions.len()
         && starts_with(before.expressions.iter(), after.expressions.iter())
-        && is_same_block(&before.body, &after.body)
+        && (Both { before, after }).are_same(&before.body, &after.body)
 }
 
-fn is_same_block(before: &Block, after: &Block) -> bool {
-    before.len() == after.len()
-        && before.iter().zip(after).all(|(a, b)| {
-            is_same_alone(a, b)
-                && callee(a) == callee(b)
-                && blocks(a)
-                    .into_iter()
-                    .zip(blocks(b))
-                    .all(|(a, b)| is_same_block(a, b))
-        })
+/// A function, and what it has become.
+#[derive(Clone, Copy)]
+struct Both<'f> {
+    before: &'f Function,
+    after: &'f Function,
 }
 
-/// Whether `after` holds the statements of `before` in order, with only insertions of ours between them.
-fn keeps_statements(before: &Block, after: &Block) -> bool {
-    let mut after = after.iter();
-    before.iter().all(|statement| {
-        after
-            .by_ref()
-            .find(|other| is_same_statement(statement, other) || !is_insertion(other))
-            .is_some_and(|other| is_same_statement(statement, other))
-    }) && after.all(is_insertion)
+impl Both<'_> {
+    fn are_same(self, before: &Block, after: &Block) -> bool {
+        before.len() == after.len()
+            && before.iter().zip(after).all(|(a, b)| {
+                self.are_same_alone(a, b)
+                    && callee(a) == callee(b)
+                    && blocks(a)
+                        .into_iter()
+                        .zip(blocks(b))
+                        .all(|(a, b)| self.are_same(a, b))
+            })
+    }
+
+    /// Whether `after` holds the statements of `before` in order, with only insertions of ours between them.
+    fn keeps_statements(self, before: &Block, after: &Block) -> bool {
+        let mut after = after.iter();
+        before.iter().all(|statement| {
+            after
+                .by_ref()
+                .find(|other| {
+                    self.are_same_but_insertions(statement, other) || !is_insertion(other)
+                })
+                .is_some_and(|other| self.are_same_but_insertions(statement, other))
+        }) && after.all(is_insertion)
+    }
+
+    /// Whether two statements are the same but for insertions inside them; a call may go to a clone.
+    fn are_same_but_insertions(self, before: &Statement, after: &Statement) -> bool {
+        self.are_same_alone(before, after)
+            && blocks(before)
+                .into_iter()
+                .zip(blocks(after))
+                .all(|(a, b)| self.keeps_statements(a, b))
+    }
+
+    /// Whether two statements are the same apart from the blocks inside them and from what they call.
+    fn are_same_alone(self, before: &Statement, after: &Statement) -> bool {
+        let operands = |statement: &Statement| {
+            let mut operands = Vec::new();
+            visit::statement_operands(statement, &mut |&operand| operands.push(operand));
+            operands
+        };
+        let emitted = |statement: &Statement| match statement {
+            Statement::Emit(range) => Some(range.index_range()),
+            _ => None,
+        };
+        let cases = |statement: &Statement| match statement {
+            Statement::Switch { cases, .. } => {
+                cases.iter().map(|c| (c.value, c.fall_through)).collect()
+            }
+            _ => Vec::new(),
+        };
+        let (of_before, of_after) = (operands(before), operands(after));
+        std::mem::discriminant(before) == std::mem::discriminant(after)
+            && of_before.len() == of_after.len()
+            && of_before
+                .iter()
+                .zip(&of_after)
+                .all(|(&a, &b)| self.is_same_operand(a, b))
+            && emitted(before) == emitted(after)
+            && cases(before) == cases(after)
+            && blocks(before).len() == blocks(after).len()
+    }
+
+    /// Whether two operands are one expression, or the same literal: those that are put in stand elsewhere.
+    fn is_same_operand(self, before: Handle<Expression>, after: Handle<Expression>) -> bool {
+        let literal = |function: &Function, operand| match function.expressions[operand] {
+            Expression::Literal(literal) => Some(literal),
+            _ => None,
+        };
+        let given = literal(self.before, before);
+        before == after || given.is_some() && given == literal(self.after, after)
+    }
 }
 
 /// Insertions are emissions, calls without a result, and stores.
@@ -489,39 +548,6 @@ fn is_insertion(statement: &Statement) -> bool {
         statement,
         Statement::Emit(_) | Statement::Call { result: None, .. } | Statement::Store { .. }
     )
-}
-
-/// Whether two statements are the same but for insertions inside them; a call may go to a clone.
-fn is_same_statement(before: &Statement, after: &Statement) -> bool {
-    is_same_alone(before, after)
-        && blocks(before)
-            .into_iter()
-            .zip(blocks(after))
-            .all(|(a, b)| keeps_statements(a, b))
-}
-
-/// Whether two statements are the same apart from the blocks inside them and from what they call.
-fn is_same_alone(before: &Statement, after: &Statement) -> bool {
-    let operands = |statement: &Statement| {
-        let mut operands = Vec::new();
-        visit::statement_operands(statement, &mut |&operand| operands.push(operand));
-        operands
-    };
-    let emitted = |statement: &Statement| match statement {
-        Statement::Emit(range) => Some(range.index_range()),
-        _ => None,
-    };
-    let cases = |statement: &Statement| match statement {
-        Statement::Switch { cases, .. } => {
-            cases.iter().map(|c| (c.value, c.fall_through)).collect()
-        }
-        _ => Vec::new(),
-    };
-    std::mem::discriminant(before) == std::mem::discriminant(after)
-        && operands(before) == operands(after)
-        && emitted(before) == emitted(after)
-        && cases(before) == cases(after)
-        && blocks(before).len() == blocks(after).len()
 }
 
 fn blocks(statement: &Statement) -> Vec<&Block> {

@@ -52,11 +52,11 @@ fn vrcs_tile_prefix(tile: vec3<u32>, pixel: vec3<u32>, lane: u32, size: vec2<u32
     vrcs_pixel = pixel;
     vrcs_copies = 0u;
     if (vrcs_params.flags & VRCS_ENABLED) == 0u {
-        return vrcs_is_inside(pixel);
+        return vrcs_is_shaded(pixel);
     }
     let header = vrcs_header(tile);
     if vrcs_is_identity(header) {
-        return vrcs_is_inside(pixel);
+        return vrcs_is_shaded(pixel);
     }
     if lane >= vrcs_primaries(header) {
         return false;

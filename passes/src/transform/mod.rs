@@ -9,25 +9,29 @@ pub mod copies;
 pub mod prologue;
 pub mod recompute;
 pub mod regions;
+pub mod settled;
 pub mod specialise;
 
 use naga::{Function, Handle, Module, valid::ModuleInfo};
 
 use crate::{
-    analysis::{FunctionRef, walk::Found},
+    analysis::{FunctionRef, InstanceId, walk::Found},
     finding::Finding,
     ir::import::Imports,
     options::{MaxRate, Options},
     plan::{CopyPlan, EntryPlan},
 };
 use copies::Copies;
-use prologue::{EveryPixel, Prologue};
+use prologue::{Asked, EveryPixel, Prologue};
+use settled::Settled;
 use specialise::Specialise;
 
 /// What was made for an entry point.
 pub struct Applied {
     /// The clones, and what each was made from.
     pub clones: Vec<(FunctionRef, Handle<Function>)>,
+    /// The entry point's conditions that are literals now.
+    pub settled: Vec<Settled>,
     /// The entry point as an ordinary function, if it was split: it has the author's statements twice, or not at all.
     pub split: Option<Handle<Function>>,
 }
@@ -50,6 +54,16 @@ pub fn apply(
         return apply_to_group(module, original, info, entry, plan, imports, options);
     }
     let found = &mut plan.found;
+    let settled = settled::settled(
+        &original.entry_points[entry].function,
+        &found.instances[InstanceId::ENTRY.0 as usize].values,
+        &plan.domain,
+        &mut found.terms,
+    );
+    let domain = Asked {
+        formulas: &plan.domain,
+        stands_for_guards: !settled.is_empty(),
+    };
     let prologue = prologue::import(
         module,
         imports,
@@ -57,7 +71,7 @@ pub fn apply(
         &mut found.terms,
         found.group_size,
         entry,
-        &plan.domain,
+        domain,
     );
     let (inner, clones) = insert_copies(
         module,
@@ -66,6 +80,7 @@ pub fn apply(
         entry,
         found,
         &plan.copies,
+        &settled,
         &prologue,
         options.max_rate,
     );
@@ -87,6 +102,7 @@ pub fn apply(
     rewritten.workgroup_size_overrides = None;
     Ok(Applied {
         clones,
+        settled,
         split: None,
     })
 }
@@ -104,6 +120,7 @@ fn insert_copies(
     entry: usize,
     found: &mut Found,
     plans: &[CopyPlan],
+    settled: &[Settled],
     prologue: &Prologue,
     max_rate: MaxRate,
 ) -> (Handle<Function>, Vec<(FunctionRef, Handle<Function>)>) {
@@ -121,6 +138,7 @@ fn insert_copies(
         &found.instances,
         &found.accesses,
         plans,
+        settled,
     );
     specialise.run(module, &mut copies)
 }
@@ -162,6 +180,8 @@ fn apply_to_group(
         entry,
         found,
         &plan.copies,
+        // invocations outside the domain stay for the others
+        &[],
         &prologue,
         options.max_rate,
     );
@@ -194,6 +214,7 @@ fn apply_to_group(
             .into_iter()
             .filter(|&(_, clone)| clone != inner)
             .collect(),
+        settled: Vec::new(),
         split: Some(inner),
     })
 }

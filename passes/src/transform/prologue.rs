@@ -29,7 +29,7 @@ use super::{
 };
 use crate::{
     analysis::{
-        corner::{self, Asked, Corner},
+        corner::{self, Corner},
         guard::{self, Formula},
         term::{TermId, Terms},
     },
@@ -59,6 +59,15 @@ pub struct Prologue {
     pub delta: Handle<Function>,
 }
 
+/// A shader's domain, and what asking it is for.
+#[derive(Clone, Copy, Debug)]
+pub struct Asked<'d> {
+    /// What every pixel of the domain fulfils.
+    pub formulas: &'d [Formula],
+    /// Whether the author's guards are gone, so that it is asked of a pixel that is alone in its group, too.
+    pub stands_for_guards: bool,
+}
+
 /// The imports for a module, its resources placed.
 pub fn imports(placement: Placement) -> Imports {
     let mut imports = Imports::default();
@@ -75,7 +84,7 @@ pub fn import(
     terms: &mut Terms,
     group_size: [TermId; 3],
     entry: usize,
-    domain: &[Formula],
+    domain: Asked,
 ) -> Prologue {
     let (prelude, params) =
         import_domain(module, imports, options, terms, group_size, entry, domain);
@@ -97,11 +106,15 @@ pub(super) fn import_domain(
     terms: &mut Terms,
     group_size: [TermId; 3],
     entry: usize,
-    domain: &[Formula],
+    domain: Asked,
 ) -> (Arc<Module>, Handle<GlobalVariable>) {
     let prelude = prelude(options);
     let params = imports.global(&prelude, module, "vrcs_params");
     imports.unhook();
+    let Asked {
+        formulas: domain,
+        stands_for_guards,
+    } = domain;
     if !domain.is_empty() {
         let width = terms.width;
         let ids_of = |pixel| Ids {
@@ -112,8 +125,16 @@ pub(super) fn import_domain(
         };
         let function = domain_function(module, terms, entry, domain, ids_of);
         imports.hook("vrcs_in_domain", function);
-        let members = imports.function(&prelude, module, "vrcs_members_in_domain");
+        let members = match stands_for_guards {
+            true => "vrcs_each_in_domain",
+            false => "vrcs_members_in_domain",
+        };
+        let members = imports.function(&prelude, module, members);
         imports.hook("vrcs_members", members);
+        if stands_for_guards {
+            let alone = imports.function(&prelude, module, "vrcs_is_inside_and_in_domain");
+            imports.hook("vrcs_is_shaded", alone);
+        }
         let throughout = throughout_function(module, terms, entry, domain, ids_of);
         imports.hook("vrcs_holds_throughout", throughout);
     }
@@ -177,9 +198,9 @@ struct Corners<'t, 'm> {
 }
 
 impl Corners<'_, '_> {
-    fn emit(&mut self, code: &mut Code, asked: &Asked) -> Handle<Expression> {
+    fn emit(&mut self, code: &mut Code, asked: &corner::Asked) -> Handle<Expression> {
         match asked {
-            Asked::At(corner, condition, holds) => {
+            corner::Asked::At(corner, condition, holds) => {
                 let at = match corner {
                     Corner::Near => &mut self.near,
                     Corner::Far => &mut self.far,
@@ -193,8 +214,8 @@ impl Corners<'_, '_> {
                     }),
                 }
             }
-            Asked::All(parts) => self.joined(code, parts, BinaryOperator::LogicalAnd, true),
-            Asked::Any(parts) => self.joined(code, parts, BinaryOperator::LogicalOr, false),
+            corner::Asked::All(parts) => self.joined(code, parts, BinaryOperator::LogicalAnd, true),
+            corner::Asked::Any(parts) => self.joined(code, parts, BinaryOperator::LogicalOr, false),
         }
     }
 
@@ -202,7 +223,7 @@ impl Corners<'_, '_> {
     fn joined(
         &mut self,
         code: &mut Code,
-        parts: &[Asked],
+        parts: &[corner::Asked],
         op: BinaryOperator,
         none: bool,
     ) -> Handle<Expression> {

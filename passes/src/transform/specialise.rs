@@ -19,7 +19,10 @@ use naga::{
 };
 use rustc_hash::FxHashMap;
 
-use super::copies::{ChainStep, Copies, CopyCall, Operand, StoreOperands};
+use super::{
+    copies::{ChainStep, Copies, CopyCall, Operand, StoreOperands},
+    settled::{Settled, settle},
+};
 use crate::{
     analysis::{
         Access, Address, FunctionRef, Instance, InstanceId, facts::constant_steps, term::Step,
@@ -40,6 +43,8 @@ enum Edit {
         call: CopyCall,
         captures: Vec<CaptureSource>,
     },
+    /// A condition that is decided.
+    Settle(bool),
     /// A call that goes to a clone.
     Redirect(Handle<Function>),
     /// A value kept for a copy further down, before a call.
@@ -66,6 +71,8 @@ pub struct Specialise<'s, 'm> {
     pub accesses: &'s [Access],
     /// What becomes of the stores.
     pub plans: &'s [CopyPlan],
+    /// The entry point's conditions that are decided.
+    pub settled: &'s [Settled],
     edits: FxHashMap<InstanceId, Edits>,
     kept: Vec<(CaptureSource, Handle<GlobalVariable>)>,
     clones: Vec<(FunctionRef, Edits, Handle<Function>)>,
@@ -80,6 +87,7 @@ impl<'s, 'm> Specialise<'s, 'm> {
         instances: &'s [Instance],
         accesses: &'s [Access],
         plans: &'s [CopyPlan],
+        settled: &'s [Settled],
     ) -> Specialise<'s, 'm> {
         Specialise {
             original,
@@ -88,6 +96,7 @@ impl<'s, 'm> Specialise<'s, 'm> {
             instances,
             accesses,
             plans,
+            settled,
             edits: FxHashMap::default(),
             kept: Vec::new(),
             clones: Vec::new(),
@@ -266,6 +275,10 @@ impl<'s, 'm> Specialise<'s, 'm> {
     fn build(&mut self, module: &mut Module, instance: InstanceId) -> Option<Handle<Function>> {
         let of_instance = &self.instances[instance.0 as usize];
         let mut edits = self.edits.remove(&instance).unwrap_or_default();
+        if instance == InstanceId::ENTRY {
+            let settled = self.settled.iter();
+            edits.extend(settled.map(|&(statement, holds)| (statement, Edit::Settle(holds))));
+        }
         for call in &of_instance.calls {
             if let Some(clone) = self.build(module, call.callee) {
                 edits.push((call.statement, Edit::Redirect(clone)));
@@ -323,6 +336,7 @@ impl<'s, 'm> Specialise<'s, 'm> {
                         code.call(call.function, arguments, false);
                         copies.append(&mut code.finish());
                     }
+                    Edit::Settle(holds) => settle(&mut statement, *holds, function),
                     Edit::Redirect(clone) => redirect(function, &mut statement, *clone),
                     Edit::Keep { variable, source } => {
                         let mut code = Code::new(&mut module.types, function, span);

@@ -65,21 +65,20 @@ fn main_inner(id: vec3<u32>, group: vec3<u32>) {
 
     let at_1 = (vec2<i32>(id.xy) - vec2(2i));
     let _e9 = frame.first;
-    if !(any((at_1 < _e9))) {
+    if true {
         let _e20 = frame.last.x;
         local_3 = (f32(id.x) > _e20);
     } else {
         local_3 = true;
     }
     let _e23 = local_3;
-    if !(_e23) {
+    if true {
         let _e30 = frame.groups;
         local_4 = (group.y >= _e30);
     } else {
         local_4 = true;
     }
-    let _e33 = local_4;
-    if _e33 {
+    if false {
         return;
     }
     if !(((id.y + 1u) < 64u)) {
@@ -87,8 +86,7 @@ fn main_inner(id: vec3<u32>, group: vec3<u32>) {
     } else {
         local_5 = true;
     }
-    let _e46 = local_5;
-    if _e46 {
+    if true {
         let _e48 = id.xy;
         let _e50 = vec4(1f);
         vrcs_copy_picture(_e48, _e50);

@@ -38,8 +38,8 @@ fn vrcs_copy_bright(at: vec2<u32>, value: vec4<f32>) {
     return;
 }
 
-fn vrcs_address_flags(pixel_4: vec3<u32>) -> u32 {
-    return (((pixel_4.y / 8u) * 64u) + (pixel_4.x / 8u));
+fn vrcs_address_flags(pixel_5: vec3<u32>) -> u32 {
+    return (((pixel_5.y / 8u) * 64u) + (pixel_5.x / 8u));
 }
 
 fn vrcs_copy_flags(value_1: u32) {

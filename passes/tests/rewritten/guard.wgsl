@@ -53,14 +53,13 @@ fn main_inner(id: vec3<u32>) {
     var local_3: bool;
 
     let _e5 = frame.size.x;
-    if !((id.x >= _e5)) {
+    if true {
         let _e14 = frame.size.y;
         local_3 = (id.y >= _e14);
     } else {
         local_3 = true;
     }
-    let _e17 = local_3;
-    if _e17 {
+    if false {
         return;
     }
     let _e19 = id.xy;

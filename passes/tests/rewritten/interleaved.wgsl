@@ -25,8 +25,8 @@ var<uniform> frame: Frame;
 @group(0) @binding(1)
 var picture: texture_storage_2d<rgba8unorm,write>;
 
-fn vrcs_address_picture(pixel_4: vec3<u32>, captured_a: u32) -> vec2<u32> {
-    return vec2<u32>(((pixel_4.x * 2u) + (1u & (pixel_4.y + captured_a))), pixel_4.y);
+fn vrcs_address_picture(pixel_5: vec3<u32>, captured_a: u32) -> vec2<u32> {
+    return vec2<u32>(((pixel_5.x * 2u) + (1u & (pixel_5.y + captured_a))), pixel_5.y);
 }
 
 fn vrcs_copy_picture(captured_a_1: u32, value: vec4<f32>) {
@@ -51,12 +51,12 @@ fn vrcs_copy_picture(captured_a_1: u32, value: vec4<f32>) {
     return;
 }
 
-fn vrcs_guard_picture(pixel_5: vec3<u32>, captured_a_2: u32, captured_b: u32) -> bool {
-    return (((pixel_5.x * 2u) + (1u & (1u + (pixel_5.y + captured_a_2)))) < captured_b);
+fn vrcs_guard_picture(pixel_6: vec3<u32>, captured_a_2: u32, captured_b: u32) -> bool {
+    return (((pixel_6.x * 2u) + (1u & (1u + (pixel_6.y + captured_a_2)))) < captured_b);
 }
 
-fn vrcs_address_picture_1(pixel_6: vec3<u32>, captured_a_3: u32, captured_b_1: u32) -> vec2<u32> {
-    return vec2<u32>(((pixel_6.x * 2u) + (1u & (1u + (pixel_6.y + captured_a_3)))), pixel_6.y);
+fn vrcs_address_picture_1(pixel_7: vec3<u32>, captured_a_3: u32, captured_b_1: u32) -> vec2<u32> {
+    return vec2<u32>(((pixel_7.x * 2u) + (1u & (1u + (pixel_7.y + captured_a_3)))), pixel_7.y);
 }
 
 fn vrcs_copy_picture_1(captured_a_4: u32, captured_b_2: u32, value_1: vec4<f32>) {

@@ -21,8 +21,8 @@ fn swizzled(at: vec2<u32>) -> u32 {
     return ((((at.y / 8u) * 64u) + (at.x & 7u)) + ((at.y & 7u) * 8u));
 }
 
-fn vrcs_address_texels(pixel_4: vec3<u32>, captured_a: u32) -> u32 {
-    let _e6 = swizzled(vec2<u32>(pixel_4.x, pixel_4.y));
+fn vrcs_address_texels(pixel_5: vec3<u32>, captured_a: u32) -> u32 {
+    let _e6 = swizzled(vec2<u32>(pixel_5.x, pixel_5.y));
     return (captured_a + (2u * _e6));
 }
 

@@ -56,14 +56,13 @@ fn main_inner(id: vec3<u32>) {
     var local_3: bool;
 
     let _e4 = frame.width;
-    if (id.x < _e4) {
+    if true {
         let _e11 = frame.height;
         local_3 = (id.y < _e11);
     } else {
         local_3 = false;
     }
-    let _e14 = local_3;
-    if _e14 {
+    if true {
         let _e19 = frame.width;
         let _e22 = ((id.y * _e19) + id.x);
         let _e25 = f32(id.x);

@@ -60,12 +60,12 @@ fn vrcs_copy_picture(at: vec2<i32>, value: vec4<f32>) {
     return;
 }
 
-fn vrcs_guard_cells(pixel_5: vec3<u32>, captured_a: i32, captured_b: i32, captured_c: vec2<i32>, captured_d: vec2<i32>) -> bool {
-    return (i32(pixel_5.x) < captured_a);
+fn vrcs_guard_cells(pixel_6: vec3<u32>, captured_a: i32, captured_b: i32, captured_c: vec2<i32>, captured_d: vec2<i32>) -> bool {
+    return (i32(pixel_6.x) < captured_a);
 }
 
-fn vrcs_address_cells(pixel_6: vec3<u32>, captured_a_1: i32, captured_b_1: i32, captured_c_1: vec2<i32>, captured_d_1: vec2<i32>) -> i32 {
-    return (((captured_b_1 + ((i32(pixel_6.x) + captured_c_1.x) % captured_b_1)) % captured_b_1) + (captured_b_1 * ((captured_d_1.y + ((i32(pixel_6.y) + captured_c_1.y) % captured_d_1.y)) % captured_d_1.y)));
+fn vrcs_address_cells(pixel_7: vec3<u32>, captured_a_1: i32, captured_b_1: i32, captured_c_1: vec2<i32>, captured_d_1: vec2<i32>) -> i32 {
+    return (((captured_b_1 + ((i32(pixel_7.x) + captured_c_1.x) % captured_b_1)) % captured_b_1) + (captured_b_1 * ((captured_d_1.y + ((i32(pixel_7.y) + captured_c_1.y) % captured_d_1.y)) % captured_d_1.y)));
 }
 
 fn vrcs_copy_cells(captured_a_2: i32, captured_b_2: i32, captured_c_2: vec2<i32>, captured_d_2: vec2<i32>, value_1: f32) {
@@ -102,7 +102,7 @@ fn vrcs_copy_cells(captured_a_2: i32, captured_b_2: i32, captured_c_2: vec2<i32>
 fn main_inner(id: vec3<u32>) {
     let at_1 = vec2<i32>(id.xy);
     let _e5 = window.size;
-    if any((at_1 >= _e5)) {
+    if false {
         return;
     }
     let _e10 = window.origin;

@@ -34,8 +34,8 @@ fn vrcs_copy_picture(at: vec2<u32>, layer: u32, value: vec4<u32>) {
     return;
 }
 
-fn vrcs_address_cells(pixel_4: vec3<u32>) -> u32 {
-    return (((pixel_4.z << 20u) | ((pixel_4.y & 1023u) << 10u)) + (pixel_4.x & 1023u));
+fn vrcs_address_cells(pixel_5: vec3<u32>) -> u32 {
+    return (((pixel_5.z << 20u) | ((pixel_5.y & 1023u) << 10u)) + (pixel_5.x & 1023u));
 }
 
 fn vrcs_copy_cells(value_1: u32) {

@@ -47,6 +47,11 @@ fn vrcs_is_inside(pixel: vec3<u32>) -> bool {
     return all((pixel < _e3));
 }
 
+fn vrcs_is_shaded(pixel_1: vec3<u32>) -> bool {
+    let _e1 = vrcs_is_inside(pixel_1);
+    return _e1;
+}
+
 fn vrcs_header(tile_1: vec3<u32>) -> u32 {
     let _e4 = vrcs_params.tiles_per_row;
     let slot = ((tile_1.y * _e4) + tile_1.x);
@@ -146,16 +151,16 @@ fn vrcs_relative(mask_2: u32, home: u32) -> u32 {
     return _e63;
 }
 
-fn vrcs_take_inside(pixel_1: vec3<u32>, nominal: u32, mask_3: u32) -> bool {
+fn vrcs_take_inside(pixel_2: vec3<u32>, nominal: u32, mask_3: u32) -> bool {
     var local_1: bool;
     var home_1: u32;
 
-    let block_2 = (pixel_1.xy & vec2(4294967292u));
+    let block_2 = (pixel_2.xy & vec2(4294967292u));
     let _e8 = vrcs_members_in_extent(block_2, mask_3);
-    let _e9 = vrcs_members(block_2, pixel_1.z, _e8);
+    let _e9 = vrcs_members(block_2, pixel_2.z, _e8);
     if !((_e9 == 0u)) {
         let _e19 = vrcs_params.extent.z;
-        local_1 = (pixel_1.z >= _e19);
+        local_1 = (pixel_2.z >= _e19);
     } else {
         local_1 = true;
     }
@@ -170,7 +175,7 @@ fn vrcs_take_inside(pixel_1: vec3<u32>, nominal: u32, mask_3: u32) -> bool {
     }
     let _e33 = home_1;
     let _e36 = home_1;
-    vrcs_pixel = vec3<u32>((block_2 + vec2<u32>((_e33 & 3u), (_e36 >> 2u))), pixel_1.z);
+    vrcs_pixel = vec3<u32>((block_2 + vec2<u32>((_e33 & 3u), (_e36 >> 2u))), pixel_2.z);
     let _e44 = home_1;
     let _e45 = vrcs_relative(_e9, _e44);
     vrcs_copies = (_e45 & 4294967294u);
@@ -183,39 +188,39 @@ fn vrcs_take_block(origin: vec2<u32>, z_1: u32, width: u32, number_1: u32, code:
     let _e16 = vrcs_divided(number_1, (width >> rate_1.x));
     let corner_1 = (origin + (_e16 << rate_1));
     let _e19 = vrcs_flip(rate_1, corner_1, phase_1);
-    let pixel_4 = vec3<u32>((corner_1 ^ vec2<u32>((_e19 & 3u), (_e19 >> 2u))), z_1);
+    let pixel_5 = vec3<u32>((corner_1 ^ vec2<u32>((_e19 & 3u), (_e19 >> 2u))), z_1);
     let row = ((1u << size_2.x) - 1u);
     let rows_1 = (4369u & ((1u << (size_2.y * 4u)) - 1u));
     let _e47 = vrcs_is_whole(vec3<u32>(corner_1, z_1), vec3<u32>(((corner_1 + size_2) - vec2(1u)), z_1));
     if _e47 {
-        vrcs_pixel = pixel_4;
+        vrcs_pixel = pixel_5;
         vrcs_copies = ((row * rows_1) & 4294967294u);
         return true;
     }
     let mask_5 = ((row << (corner_1.x & 3u)) * (rows_1 << ((corner_1.y & 3u) * 4u)));
-    let _e74 = vrcs_take_inside(pixel_4, ((pixel_4.x & 3u) | ((pixel_4.y & 3u) << 2u)), mask_5);
+    let _e74 = vrcs_take_inside(pixel_5, ((pixel_5.x & 3u) | ((pixel_5.y & 3u) << 2u)), mask_5);
     return _e74;
 }
 
-fn vrcs_take(pixel_2: vec3<u32>, mask_4: u32) -> bool {
+fn vrcs_take(pixel_3: vec3<u32>, mask_4: u32) -> bool {
     var local_2: bool;
 
-    let home_2 = ((pixel_2.x & 3u) | ((pixel_2.y & 3u) << 2u));
-    let near_2 = vec3<u32>((pixel_2.xy & vec2(4294967292u)), pixel_2.z);
+    let home_2 = ((pixel_3.x & 3u) | ((pixel_3.y & 3u) << 2u));
+    let near_2 = vec3<u32>((pixel_3.xy & vec2(4294967292u)), pixel_3.z);
     if (((mask_4 >> home_2) & 1u) != 0u) {
-        let _e30 = vrcs_is_whole(near_2, vec3<u32>((pixel_2.xy | vec2(3u)), pixel_2.z));
+        let _e30 = vrcs_is_whole(near_2, vec3<u32>((pixel_3.xy | vec2(3u)), pixel_3.z));
         local_2 = _e30;
     } else {
         local_2 = false;
     }
     let _e32 = local_2;
     if _e32 {
-        vrcs_pixel = pixel_2;
+        vrcs_pixel = pixel_3;
         let _e35 = vrcs_relative(mask_4, home_2);
         vrcs_copies = (_e35 & 4294967294u);
         return true;
     }
-    let _e39 = vrcs_take_inside(pixel_2, home_2, mask_4);
+    let _e39 = vrcs_take_inside(pixel_3, home_2, mask_4);
     return _e39;
 }
 
@@ -225,18 +230,18 @@ fn vrcs_take_tiled(origin_1: vec2<u32>, z_2: u32, entry: u32) -> bool {
     return _e14;
 }
 
-fn vrcs_tile_prefix(tile_2: vec3<u32>, pixel_3: vec3<u32>, lane_1: u32, size: vec2<u32>) -> bool {
-    vrcs_pixel = pixel_3;
+fn vrcs_tile_prefix(tile_2: vec3<u32>, pixel_4: vec3<u32>, lane_1: u32, size: vec2<u32>) -> bool {
+    vrcs_pixel = pixel_4;
     vrcs_copies = 0u;
     let _e9 = vrcs_params.flags;
     if ((_e9 & VRCS_ENABLED) == 0u) {
-        let _e14 = vrcs_is_inside(pixel_3);
+        let _e14 = vrcs_is_shaded(pixel_4);
         return _e14;
     }
     let _e15 = vrcs_header(tile_2);
     let _e16 = vrcs_is_identity(_e15);
     if _e16 {
-        let _e17 = vrcs_is_inside(pixel_3);
+        let _e17 = vrcs_is_shaded(pixel_4);
         return _e17;
     }
     let _e18 = vrcs_primaries(_e15);

@@ -15,8 +15,8 @@ fn shade(@builtin(global_invocation_id) id: vec3<u32>) {
 @group(0) @binding(0)
 var picture: texture_storage_2d<rgba8unorm,write>;
 
-fn vrcs_address_picture(pixel_4: vec3<u32>) -> vec2<u32> {
-    return vec2<u32>((pixel_4.x ^ 0u), ((1u ^ pixel_4.y) >> 1u));
+fn vrcs_address_picture(pixel_5: vec3<u32>) -> vec2<u32> {
+    return vec2<u32>((pixel_5.x ^ 0u), ((1u ^ pixel_5.y) >> 1u));
 }
 
 fn vrcs_copy_picture(value: vec4<f32>) {

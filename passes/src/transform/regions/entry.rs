@@ -24,7 +24,7 @@ use crate::{
     },
     options::Options,
     transform::{
-        prologue::{Prologue, add_builtin, compose_argument, import_domain},
+        prologue::{Asked, Prologue, add_builtin, compose_argument, import_domain},
         recompute::{Ids, Recompute},
     },
 };
@@ -95,6 +95,10 @@ pub fn import(
         domain,
         is_masked,
     } = wanted;
+    let domain = Asked {
+        formulas: domain,
+        stands_for_guards: false,
+    };
     let (prelude, params) =
         import_domain(module, imports, options, terms, group_size, entry, domain);
     let begin = imports.function(&prelude, module, "vrcs_group_begin");
