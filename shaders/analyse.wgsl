@@ -319,6 +319,9 @@ fn least(of_quads: vec4<u32>) -> u32 {
 
 // The codes of four quads: a rate of 4 holds across and down where the block agrees.
 fn codes_of(logs: Logs, error: vec2<u32>) -> vec4<u32> {
+#ifndef QUARTERS
+    return (logs.across << vec4<u32>(2u)) | logs.down;
+#else
     let all_quads = vec2<u32>(least(logs.across), least(logs.down));
     var four = (all_quads == vec2<u32>(2u)) & (all_quads.yx >= vec2<u32>(1u));
     if all(four) && params.largest != 10u {
@@ -327,6 +330,7 @@ fn codes_of(logs: Logs, error: vec2<u32>) -> vec4<u32> {
     }
     let most = select(vec2<u32>(1u), vec2<u32>(2u), four);
     return (min(logs.across, vec4<u32>(most.x)) << vec4<u32>(2u)) | min(logs.down, vec4<u32>(most.y));
+#endif
 }
 
 fn packed(bytes: vec4<u32>) -> u32 {

@@ -139,21 +139,27 @@ fn bounds(base: Mags, limit: Mags, speed: vec4<u32>, rate: u32) -> Mags {
 fn logs_on(error: vec4<u32>, speed: vec4<u32>, base: Mags, limits: Limits, most: u32) -> vec4<u32> {
     let is_half = is_less(error, bounds(base, limits.half, speed, 0u));
     var logs = select(vec4<u32>(0u), vec4<u32>(1u), is_half);
+#ifdef QUARTERS
     if any(is_half) {
         let is_quarter = is_less(error, bounds(base, limits.quarter, speed, 1u));
         logs += select(vec4<u32>(0u), vec4<u32>(1u), is_half & is_quarter);
     }
+#endif
     return min(logs, vec4<u32>(most));
 }
 
 // No 4 beside a 1.
 fn legal(logs: Logs) -> Logs {
+#ifndef QUARTERS
+    return logs;
+#else
     let one = vec4<u32>(1u);
     let zero = vec4<u32>(0u);
     return Logs(
         select(logs.across, min(logs.across, one), logs.down == zero),
         select(logs.down, min(logs.down, one), logs.across == zero),
     );
+#endif
 }
 
 fn logs_of(sums: Sums, speed: Logs, across: Limits, down: Limits) -> Logs {

@@ -71,11 +71,11 @@ impl Plan {
             // where a pixel was is asked for beside its colour
             ("PAST", has("PREVIOUS_RATES") || has("MATERIALS_BEFORE")),
             ("LINES", is_by_lines),
+            // a side of four is allowed at all
             (
                 "QUARTERS",
-                is_by_lines
-                    && ![Rate::R1X1, Rate::R2X1, Rate::R1X2, Rate::R2X2]
-                        .contains(&self.settings.largest),
+                ![Rate::R1X1, Rate::R2X1, Rate::R1X2, Rate::R2X2]
+                    .contains(&self.settings.largest),
             ),
         ];
         defs.extend(derived.iter().filter(|d| d.1).map(|&(name, _)| (name, 1)));
