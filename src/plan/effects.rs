@@ -74,8 +74,7 @@ impl Plan {
             // a side of four is allowed at all
             (
                 "QUARTERS",
-                ![Rate::R1X1, Rate::R2X1, Rate::R1X2, Rate::R2X2]
-                    .contains(&self.settings.largest),
+                ![Rate::R1X1, Rate::R2X1, Rate::R1X2, Rate::R2X2].contains(&self.settings.largest),
             ),
         ];
         defs.extend(derived.iter().filter(|d| d.1).map(|&(name, _)| (name, 1)));
