@@ -80,7 +80,7 @@ use naga::{
 
 use analysis::{Facts, FunctionRef};
 pub use finding::{Code, Color, Finding, Refusal, Severity};
-use ir::{import::Imports, verify};
+use ir::{import::Imports, names, verify};
 use manifest::Manifest;
 pub use options::Options;
 use options::{MaxRate, Mode, Policy};
@@ -619,6 +619,7 @@ impl<'r> Rewriter<'r> {
         let words = self.options.apart.iter().map(word);
         self.manifest.preconditions.extend(words);
         graded::give_their_meaning(&mut self.module, &mut self.imports, self.options);
+        names::leave_to_resources(&mut self.module);
         let info = Validator::new(ValidationFlags::all(), Capabilities::all())
             .validate(&self.module)
             .map_err(|error| defect(format!("{:?}", error.into_inner())))?;

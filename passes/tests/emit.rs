@@ -135,6 +135,43 @@ fn an_entry_point_may_have_the_name_of_a_built_in_function() {
 }
 
 #[test]
+fn resources_keep_names_that_functions_use() {
+    let text = "
+        struct Frame { size: vec2<u32> }
+        @group(0) @binding(0) var<uniform> frame: Frame;
+        @group(0) @binding(1) var<storage, read_write> pixel: array<u32>;
+        @group(0) @binding(2) var<storage, read> mask: array<u32>;
+        @group(0) @binding(3) var value: texture_2d<f32>;
+        @id(3) override number: u32 = 2u;
+
+        fn doubled(at: vec2<u32>) -> u32 {
+            var value = at.x;
+            value += at.y;
+            return value * number;
+        }
+
+        @compute @workgroup_size(8, 8)
+        fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+            if any(id.xy >= frame.size) { return; }
+            let seen = textureLoad(value, id.xy, 0).x;
+            pixel[id.y * frame.size.x + id.x] = mask[id.x] + doubled(id.xy) + u32(seen);
+        }";
+    let (module, info) = parse(text);
+    let rewritten = rewrite(&module, &info, "main", &Options::default()).expect("a rewrite");
+    let text = emit::wgsl(&rewritten.module, &rewritten.info).expect("text");
+    for name in [
+        "var<storage, read_write> pixel: ",
+        "var<storage> mask: ",
+        "var value: ",
+        "override number: ",
+        "var<private> vrcs_pixel: ",
+    ] {
+        assert!(text.contains(name), "{name}\n{text}");
+    }
+    parse(&text);
+}
+
+#[test]
 fn a_name_is_not_restored_if_another_thing_is_called_so() {
     // naga writes `a1` as `a1_`; were `a1_` of the author's own, the two must stay apart
     let text = written(

@@ -9,21 +9,21 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
 // ---- becomes ----
 
 @group(0) @binding(0)
-var mask_5: texture_storage_2d<r32float,write>;
+var mask: texture_storage_2d<r32float,write>;
 
 fn vrcs_copy_mask(at: vec2<u32>, value: vec4<f32>) {
     let _e4 = vrcs_copies;
     if ((_e4 & 2u) != 0u) {
         let _e9 = vrcs_delta(1u);
-        textureStore(mask_5, (at + vec2<u32>(_e9)), value);
+        textureStore(mask, (at + vec2<u32>(_e9)), value);
     }
     if ((_e4 & 16u) != 0u) {
         let _e17 = vrcs_delta(4u);
-        textureStore(mask_5, (at + vec2<u32>(_e17)), value);
+        textureStore(mask, (at + vec2<u32>(_e17)), value);
     }
     if ((_e4 & 32u) != 0u) {
         let _e25 = vrcs_delta(5u);
-        textureStore(mask_5, (at + vec2<u32>(_e25)), value);
+        textureStore(mask, (at + vec2<u32>(_e25)), value);
     }
     return;
 }
@@ -32,7 +32,7 @@ fn main_inner(group: vec3<u32>, lane_3: u32) {
     let at_1 = ((group.xy * vec2<u32>(8u, 4u)) + vec2<u32>((lane_3 & 7u), (lane_3 / 8u)));
     let _e15 = vec4(f32(lane_3));
     vrcs_copy_mask(at_1, _e15);
-    textureStore(mask_5, at_1, _e15);
+    textureStore(mask, at_1, _e15);
     return;
 }
 
